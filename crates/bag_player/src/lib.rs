@@ -1,0 +1,1 @@
+//! The node that publishes a recorded bag as if it were live.

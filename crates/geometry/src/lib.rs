@@ -1,0 +1,1 @@
+//! Rigid transforms between named frames and the pinhole camera with distortion.

@@ -1,0 +1,1 @@
+//! Typed images, masks, exposure stacks and their pictures.

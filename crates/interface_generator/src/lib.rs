@@ -1,0 +1,1 @@
+//! Turns ROS 2 interface files into Rust types.

@@ -1,0 +1,1 @@
+//! The node that turns a capture's images into a normal map.

@@ -1,0 +1,3 @@
+//! The rakelight command line.
+
+fn main() {}

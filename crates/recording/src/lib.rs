@@ -1,0 +1,1 @@
+//! MCAP bags of the cell: reading what others wrote and writing what others read.

@@ -1,0 +1,1 @@
+//! The cell's ROS 2 layer: nodes, topics, services, actions, parameters, time, TF, diagnostics.
