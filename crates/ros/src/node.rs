@@ -1,0 +1,128 @@
+//! A node: one participant, one place in the graph, and the tasks that serve it.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use interfaces::{Message, Service};
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+
+use crate::error::Error;
+use crate::graph::Graph;
+use crate::names::NodeNames;
+use crate::options::NodeOptions;
+use crate::publisher::Publisher;
+use crate::qos::Qos;
+use crate::service::{ServiceClient, ServiceServer};
+use crate::subscription::Subscription;
+
+/// How long [`Node::shutdown`] waits for the node's own tasks.
+const SHUTDOWN_PATIENCE: Duration = Duration::from_secs(2);
+
+/// A ROS 2 node. Clones are handles to the same node.
+#[derive(Clone)]
+pub struct Node {
+    inner: Arc<Inner>,
+}
+
+struct Inner {
+    names: NodeNames,
+    graph: Arc<Graph>,
+    stop: CancellationToken,
+    tasks: TaskTracker,
+}
+
+impl Node {
+    /// Joins the graph.
+    ///
+    /// Must be called within a tokio runtime, which drives the node until [`Self::shutdown`].
+    // Async although it does not wait today: a node that starts will wait for its first look at the graph.
+    pub async fn start(options: NodeOptions) -> Result<Self, Error> {
+        let names = NodeNames::new(&options.name, &options.namespace, &options.remaps)?;
+        let (domain_id, range) = (options.resolved_domain_id()?, options.resolved_discovery_range()?);
+        let graph = Graph::join(&names, domain_id, range)?;
+        let inner = Inner { names, graph, stop: CancellationToken::new(), tasks: TaskTracker::new() };
+        inner.tasks.spawn(Arc::clone(&inner.graph).watch(inner.stop.clone()));
+        Ok(Self { inner: Arc::new(inner) })
+    }
+
+    /// Base name.
+    pub fn name(&self) -> &str {
+        &self.inner.names.base
+    }
+
+    /// Absolute namespace.
+    pub fn namespace(&self) -> &str {
+        &self.inner.names.namespace
+    }
+
+    /// Namespace and name.
+    pub fn fully_qualified_name(&self) -> String {
+        self.inner.names.fully_qualified()
+    }
+
+    /// The ROS domain that the node is in.
+    pub fn domain_id(&self) -> u16 {
+        self.inner.graph.domain_id
+    }
+
+    /// Fully qualified names of the other nodes that are known now, sorted.
+    pub fn other_nodes(&self) -> Vec<String> {
+        self.inner.graph.other_nodes()
+    }
+
+    /// Waits until a node of this fully qualified name is known.
+    pub async fn wait_for_node(&self, name: &str, timeout: Duration) -> Result<(), Error> {
+        self.inner
+            .graph
+            .wait_until(timeout, || self.other_nodes().iter().any(|known| known == name))
+            .await
+            .map_err(|waited| Error::NotFound { what: "node", name: name.to_owned(), waited })
+    }
+
+    /// A publisher on `topic` (relative, private `~/x` or absolute; remapped).
+    pub fn publisher<M: Message>(&self, topic: &str, qos: Qos) -> Result<Publisher<M>, Error> {
+        Publisher::new(&self.inner.graph, self.inner.names.resolve("topic", topic)?, qos)
+    }
+
+    /// A subscription to `topic`.
+    pub fn subscription<M: Message>(&self, topic: &str, qos: Qos) -> Result<Subscription<M>, Error> {
+        let topic = self.inner.names.resolve("topic", topic)?;
+        Subscription::new(&self.inner.graph, topic, qos, self.inner.stop.clone())
+    }
+
+    /// A server for the service `name`.
+    pub fn service_server<S: Service>(&self, name: &str) -> Result<ServiceServer<S>, Error> {
+        let name = self.inner.names.resolve("service", name)?;
+        ServiceServer::new(&self.inner.graph, name, S::TYPE_NAME, self.inner.stop.clone())
+    }
+
+    /// A client of the service `name`.
+    pub fn service_client<S: Service>(&self, name: &str) -> Result<ServiceClient<S>, Error> {
+        let name = self.inner.names.resolve("service", name)?;
+        ServiceClient::new(&self.inner.graph, self.fully_qualified_name(), name, S::TYPE_NAME, &self.inner.stop)
+    }
+
+    /// Cancelled when the node shuts down; tasks that serve the node end with it.
+    pub fn stop_token(&self) -> CancellationToken {
+        self.inner.stop.child_token()
+    }
+
+    /// Leaves the graph at once: the node's name is withdrawn, its tasks end, subscriptions and servers yield `None`.
+    ///
+    /// Publishers and subscriptions that are still held keep their own endpoint until they are dropped.
+    pub async fn shutdown(self) {
+        self.inner.stop.cancel();
+        self.inner.graph.leave();
+        self.inner.tasks.close();
+        if tokio::time::timeout(SHUTDOWN_PATIENCE, self.inner.tasks.wait()).await.is_err() {
+            tracing::warn!(node = self.fully_qualified_name(), "a task of the node does not end");
+        }
+    }
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        self.stop.cancel();
+    }
+}
