@@ -14,7 +14,9 @@ use ros2_client::builtin_topics::ros_discovery;
 use ros2_client::entities_info::{NodeEntitiesInfo, ParticipantEntitiesInfo};
 use ros2_client::{Gid, NodeName};
 use rustdds::no_key::{DataWriter, DataWriterCdr, SimpleDataReader, SimpleDataReaderCdr};
-use rustdds::{DomainParticipant, DomainParticipantStatusEvent, GUID, QosPolicies, RTPSEntity, StatusEvented, TopicKind};
+use rustdds::{
+    DomainParticipant, DomainParticipantStatusEvent, GUID, QosPolicies, RTPSEntity, StatusEvented, TopicKind,
+};
 use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 
@@ -29,7 +31,10 @@ use crate::wire::{Cdr, WireTopic};
 const RECHECK: Duration = Duration::from_millis(50);
 
 /// All participants share this topic, so a burst of them must fit.
-const DISCOVERY_INFO: Qos = Qos { durability: Durability::TransientLocal, ..Qos::reliable(200) };
+const DISCOVERY_INFO: Qos = Qos {
+    durability: Durability::TransientLocal,
+    ..Qos::reliable(200)
+};
 
 pub(crate) struct Graph {
     pub(crate) domain_id: u16,
@@ -64,8 +69,12 @@ impl Graph {
         let failed = |reason: String| Error::Participant { domain_id, reason };
         let participant = participant::join(domain_id, range)?;
         let name = NodeName::new(&names.namespace, &names.base).map_err(|e| failed(e.to_string()))?;
-        let publisher = participant.create_publisher(&QosPolicies::default()).map_err(|e| failed(e.to_string()))?;
-        let subscriber = participant.create_subscriber(&QosPolicies::default()).map_err(|e| failed(e.to_string()))?;
+        let publisher = participant
+            .create_publisher(&QosPolicies::default())
+            .map_err(|e| failed(e.to_string()))?;
+        let subscriber = participant
+            .create_subscriber(&QosPolicies::default())
+            .map_err(|e| failed(e.to_string()))?;
         let topic = participant
             .create_topic(
                 ros_discovery::TOPIC_NAME.into(),
@@ -74,9 +83,17 @@ impl Graph {
                 TopicKind::NoKey,
             )
             .map_err(|e| failed(e.to_string()))?;
-        let announcer = publisher.create_datawriter_no_key(&topic, None).map_err(|e| failed(e.to_string()))?;
+        let announcer = publisher
+            .create_datawriter_no_key(&topic, None)
+            .map_err(|e| failed(e.to_string()))?;
         let writers = BTreeSet::from([announcer.guid()]);
-        let own = Own { name, announcer, readers: BTreeSet::new(), writers, left: false };
+        let own = Own {
+            name,
+            announcer,
+            readers: BTreeSet::new(),
+            writers,
+            left: false,
+        };
         own.announce(&participant);
         Ok(Arc::new(Self {
             domain_id,
@@ -91,16 +108,32 @@ impl Graph {
 
     pub(crate) fn writer<M: Message>(self: &Arc<Self>, topic: &WireTopic, qos: Qos) -> Result<Writer<M>, String> {
         let topic = self.topic(topic, qos)?;
-        let dds = self.publisher.create_datawriter_no_key(&topic, None).map_err(|e| e.to_string())?;
-        self.own.lock().update(&self.participant, |own| own.writers.insert(dds.guid()));
-        Ok(Writer { dds, graph: Arc::clone(self) })
+        let dds = self
+            .publisher
+            .create_datawriter_no_key(&topic, None)
+            .map_err(|e| e.to_string())?;
+        self.own
+            .lock()
+            .update(&self.participant, |own| own.writers.insert(dds.guid()));
+        Ok(Writer {
+            dds,
+            graph: Arc::clone(self),
+        })
     }
 
     pub(crate) fn reader<M: Message>(self: &Arc<Self>, topic: &WireTopic, qos: Qos) -> Result<Reader<M>, String> {
         let topic = self.topic(topic, qos)?;
-        let dds = self.subscriber.create_simple_datareader_no_key(&topic, None).map_err(|e| e.to_string())?;
-        self.own.lock().update(&self.participant, |own| own.readers.insert(dds.guid()));
-        Ok(Reader { dds, graph: Arc::clone(self) })
+        let dds = self
+            .subscriber
+            .create_simple_datareader_no_key(&topic, None)
+            .map_err(|e| e.to_string())?;
+        self.own
+            .lock()
+            .update(&self.participant, |own| own.readers.insert(dds.guid()));
+        Ok(Reader {
+            dds,
+            graph: Arc::clone(self),
+        })
     }
 
     fn topic(&self, topic: &WireTopic, qos: Qos) -> Result<rustdds::Topic, String> {
@@ -168,30 +201,57 @@ impl Graph {
     }
 
     fn discovery_reader(&self) -> Result<SimpleDataReaderCdr<ParticipantEntitiesInfo>, String> {
-        let topic = WireTopic { name: ros_discovery::TOPIC_NAME.into(), type_name: ros_discovery::TYPE_NAME.into() };
+        let topic = WireTopic {
+            name: ros_discovery::TOPIC_NAME.into(),
+            type_name: ros_discovery::TYPE_NAME.into(),
+        };
         let topic = self.topic(&topic, DISCOVERY_INFO)?;
-        self.subscriber.create_simple_datareader_no_key(&topic, None).map_err(|e| e.to_string())
+        self.subscriber
+            .create_simple_datareader_no_key(&topic, None)
+            .map_err(|e| e.to_string())
     }
 
     fn on_status(&self, event: DomainParticipantStatusEvent) {
         use DomainParticipantStatusEvent as Event;
         let mut seen = self.seen.lock();
         match event {
-            Event::RemoteReaderMatched { local_writer: own, remote_reader: remote }
-            | Event::RemoteWriterMatched { local_reader: own, remote_writer: remote } => {
+            Event::RemoteReaderMatched {
+                local_writer: own,
+                remote_reader: remote,
+            }
+            | Event::RemoteWriterMatched {
+                local_reader: own,
+                remote_writer: remote,
+            } => {
                 seen.matched.entry(own).or_default().insert(remote);
             }
             Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
-                seen.matched.values_mut().for_each(|remotes| drop(remotes.remove(&guid)));
+                seen.matched
+                    .values_mut()
+                    .for_each(|remotes| remotes.retain(|remote| *remote != guid));
             }
             Event::ParticipantLost { id, .. } => {
-                seen.matched.values_mut().for_each(|remotes| remotes.retain(|guid| guid.prefix != id));
+                seen.matched
+                    .values_mut()
+                    .for_each(|remotes| remotes.retain(|guid| guid.prefix != id));
                 seen.nodes.retain(|gid, _| GUID::from(*gid).prefix != id);
             }
-            Event::RemoteReaderQosIncompatible { requested_qos, offered_qos, .. }
-            | Event::RemoteWriterQosIncompatible { requested_qos, offered_qos, .. } => {
+            Event::RemoteReaderQosIncompatible {
+                requested_qos,
+                offered_qos,
+                ..
+            }
+            | Event::RemoteWriterQosIncompatible {
+                requested_qos,
+                offered_qos,
+                ..
+            } => {
                 let (requested, offered) = (promises(&requested_qos), promises(&offered_qos));
-                tracing::warn!(requested, offered, "a peer's QoS does not fit; nothing will be exchanged with it");
+                tracing::warn!(
+                    requested,
+                    offered,
+                    "a peer's QoS does not fit; nothing will be exchanged with it"
+                );
             }
             _ => {}
         }
@@ -201,18 +261,28 @@ impl Graph {
         if GUID::from(info.gid()).prefix == self.participant.guid().prefix {
             return;
         }
-        let names: Vec<String> = info.nodes().iter().map(NodeEntitiesInfo::fully_qualified_name).collect();
+        let names: Vec<String> = info
+            .nodes()
+            .iter()
+            .map(NodeEntitiesInfo::fully_qualified_name)
+            .collect();
         let own = self.own.lock().name.fully_qualified_name();
         let mut seen = self.seen.lock();
         let known = seen.nodes.insert(info.gid(), names.clone()).unwrap_or_default();
         if names.contains(&own) && !known.contains(&own) {
-            tracing::warn!(node = own, domain_id = self.domain_id, "a second node of the same name is in the domain");
+            tracing::warn!(
+                node = own,
+                domain_id = self.domain_id,
+                "a second node of the same name is in the domain"
+            );
         }
     }
 
     fn forget(&self, endpoint: GUID) {
         self.seen.lock().matched.remove(&endpoint);
-        self.own.lock().update(&self.participant, |own| own.readers.remove(&endpoint) | own.writers.remove(&endpoint));
+        self.own.lock().update(&self.participant, |own| {
+            own.readers.remove(&endpoint) | own.writers.remove(&endpoint)
+        });
     }
 }
 
@@ -252,7 +322,12 @@ impl<M: Message> Writer<M> {
     }
 
     pub(crate) fn is_matched_with(&self, reader: GUID) -> bool {
-        self.graph.seen.lock().matched.get(&self.dds.guid()).is_some_and(|readers| readers.contains(&reader))
+        self.graph
+            .seen
+            .lock()
+            .matched
+            .get(&self.dds.guid())
+            .is_some_and(|readers| readers.contains(&reader))
     }
 }
 

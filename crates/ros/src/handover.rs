@@ -54,11 +54,20 @@ impl<M: Send + Sync + 'static> Exchange<M> {
     pub(crate) fn of(domain_id: u16, dds_topic: &str) -> Arc<Self> {
         let key = (domain_id, dds_topic.to_owned(), TypeId::of::<M>());
         let mut exchanges = EXCHANGES.lock();
-        let known = exchanges.get(&key).and_then(Weak::upgrade).and_then(|any| any.downcast::<Self>().ok());
+        let known = exchanges
+            .get(&key)
+            .and_then(Weak::upgrade)
+            .and_then(|any| any.downcast::<Self>().ok());
         known.unwrap_or_else(|| {
             exchanges.retain(|_, exchange| exchange.strong_count() > 0);
-            let endpoints = Mutex::new(Endpoints { offers: Vec::new(), inboxes: Vec::new() });
-            let exchange = Arc::new(Self { dds_topic: dds_topic.to_owned(), endpoints });
+            let endpoints = Mutex::new(Endpoints {
+                offers: Vec::new(),
+                inboxes: Vec::new(),
+            });
+            let exchange = Arc::new(Self {
+                dds_topic: dds_topic.to_owned(),
+                endpoints,
+            });
             let weak: Weak<Self> = Arc::downgrade(&exchange);
             exchanges.insert(key, weak);
             exchange
@@ -73,7 +82,12 @@ impl<M: Send + Sync + 'static> Exchange<M> {
         for (_, reader) in endpoints.inboxes.iter().filter(|(inbox, _)| qos.satisfies(&inbox.qos)) {
             self.keep_off_dds(graph, reader);
         }
-        endpoints.offers.push(Offer { id, qos, graph: Arc::clone(graph), latched: VecDeque::new() });
+        endpoints.offers.push(Offer {
+            id,
+            qos,
+            graph: Arc::clone(graph),
+            latched: VecDeque::new(),
+        });
         id
     }
 
@@ -96,14 +110,19 @@ impl<M: Send + Sync + 'static> Exchange<M> {
     }
 
     pub(crate) fn close_inbox(&self, inbox: &Arc<Inbox<M>>) {
-        self.endpoints.lock().inboxes.retain(|(other, _)| !Arc::ptr_eq(other, inbox));
+        self.endpoints
+            .lock()
+            .inboxes
+            .retain(|(other, _)| !Arc::ptr_eq(other, inbox));
     }
 
     /// Hands `message` to every subscription of this process that the publisher's QoS satisfies.
     pub(crate) fn hand_over(&self, id: u64, message: &Arc<M>) {
         let mut endpoints = self.endpoints.lock();
         let Endpoints { offers, inboxes } = &mut *endpoints;
-        let Some(offer) = offers.iter_mut().find(|offer| offer.id == id) else { return };
+        let Some(offer) = offers.iter_mut().find(|offer| offer.id == id) else {
+            return;
+        };
         if offer.qos.durability == Durability::TransientLocal {
             offer.latched.push_back(Arc::clone(message));
             while offer.latched.len() > offer.qos.depth {
@@ -117,22 +136,39 @@ impl<M: Send + Sync + 'static> Exchange<M> {
 
     /// Subscriptions of this process that a publisher with `qos` serves.
     pub(crate) fn served(&self, qos: Qos) -> usize {
-        self.endpoints.lock().inboxes.iter().filter(|(inbox, _)| qos.satisfies(&inbox.qos)).count()
+        self.endpoints
+            .lock()
+            .inboxes
+            .iter()
+            .filter(|(inbox, _)| qos.satisfies(&inbox.qos))
+            .count()
     }
 
     /// Publishers of this process that serve a subscription with `qos`.
     pub(crate) fn serving(&self, qos: Qos) -> usize {
-        self.endpoints.lock().offers.iter().filter(|offer| offer.qos.satisfies(&qos)).count()
+        self.endpoints
+            .lock()
+            .offers
+            .iter()
+            .filter(|offer| offer.qos.satisfies(&qos))
+            .count()
     }
 
     fn keep_off_dds(&self, writer: &Graph, reader: &Graph) {
-        writer.participant.ignore_subscriptions_of(reader.participant.guid().prefix, &self.dds_topic);
+        writer
+            .participant
+            .ignore_subscriptions_of(reader.participant.guid().prefix, &self.dds_topic);
     }
 }
 
 impl<M> Inbox<M> {
     fn new(qos: Qos) -> Self {
-        Self { qos, messages: Mutex::default(), arrived: Notify::new(), dropped: AtomicU64::new(0) }
+        Self {
+            qos,
+            messages: Mutex::default(),
+            arrived: Notify::new(),
+            dropped: AtomicU64::new(0),
+        }
     }
 
     fn push(&self, message: Arc<M>) {

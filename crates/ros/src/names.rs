@@ -15,7 +15,11 @@ pub struct NameError {
 
 impl NameError {
     fn new(kind: &'static str, name: &str, problem: impl Into<String>) -> Self {
-        Self { kind, name: name.to_owned(), problem: problem.into() }
+        Self {
+            kind,
+            name: name.to_owned(),
+            problem: problem.into(),
+        }
     }
 }
 
@@ -42,9 +46,17 @@ impl FromStr for Remap {
             None => (None, left),
         };
         if from.is_empty() || to.is_empty() {
-            return Err(NameError::new("remap", rule, "expected [node:]from:=to, and neither side empty"));
+            return Err(NameError::new(
+                "remap",
+                rule,
+                "expected [node:]from:=to, and neither side empty",
+            ));
         }
-        Ok(Self { node, from: from.to_owned(), to: to.to_owned() })
+        Ok(Self {
+            node,
+            from: from.to_owned(),
+            to: to.to_owned(),
+        })
     }
 }
 
@@ -61,9 +73,15 @@ impl NodeNames {
     pub(crate) fn new(base: &str, namespace: &str, remaps: &[Remap]) -> Result<Self, NameError> {
         let mine = || remaps.iter().filter(|r| r.node.as_deref().is_none_or(|n| n == base));
         let renamed = |key: &str, default: &str| {
-            mine().find(|r| r.from == key).map_or_else(|| default.to_owned(), |r| r.to.clone())
+            mine()
+                .find(|r| r.from == key)
+                .map_or_else(|| default.to_owned(), |r| r.to.clone())
         };
-        let mut names = Self { base: renamed("__node", base), namespace: renamed("__ns", namespace), remaps: Vec::new() };
+        let mut names = Self {
+            base: renamed("__node", base),
+            namespace: renamed("__ns", namespace),
+            remaps: Vec::new(),
+        };
         if !names.namespace.starts_with('/') {
             names.namespace.insert(0, '/');
         }
@@ -72,7 +90,9 @@ impl NodeNames {
             check_absolute("namespace", &names.namespace)?;
         }
         for rule in mine().filter(|r| !r.from.starts_with("__")) {
-            names.remaps.push((names.expand("remap", &rule.from)?, names.expand("remap", &rule.to)?));
+            names
+                .remaps
+                .push((names.expand("remap", &rule.from)?, names.expand("remap", &rule.to)?));
         }
         Ok(names)
     }
@@ -84,7 +104,11 @@ impl NodeNames {
     /// Absolute, expanded and remapped name of a topic, service or action.
     pub(crate) fn resolve(&self, kind: &'static str, name: &str) -> Result<String, NameError> {
         let full = self.expand(kind, name)?;
-        let renamed = self.remaps.iter().find(|(from, _)| *from == full).map(|(_, to)| to.clone());
+        let renamed = self
+            .remaps
+            .iter()
+            .find(|(from, _)| *from == full)
+            .map(|(_, to)| to.clone());
         Ok(renamed.unwrap_or(full))
     }
 
@@ -98,26 +122,30 @@ impl NodeNames {
         } else {
             join(&self.namespace, name)
         };
-        check_absolute(kind, &full).map_err(|e| NameError { name: name.to_owned(), ..e })?;
+        check_absolute(kind, &full).map_err(|e| NameError {
+            name: name.to_owned(),
+            ..e
+        })?;
         Ok(full)
     }
 }
 
-/// Splits a fully qualified name into what stands before its last slash and what stands after it.
-pub(crate) fn split(full: &str) -> (&str, &str) {
-    match full.rsplit_once('/') {
-        Some(("", base)) => ("/", base),
-        Some((namespace, base)) => (namespace, base),
-        None => ("/", full),
+fn join(namespace: &str, name: &str) -> String {
+    if namespace == "/" {
+        format!("/{name}")
+    } else {
+        format!("{namespace}/{name}")
     }
 }
 
-fn join(namespace: &str, name: &str) -> String {
-    if namespace == "/" { format!("/{name}") } else { format!("{namespace}/{name}") }
-}
-
 fn check_absolute(kind: &'static str, full: &str) -> Result<(), NameError> {
-    full[1..].split('/').try_for_each(|token| check_token(kind, token)).map_err(|e| NameError { name: full.to_owned(), ..e })
+    full[1..]
+        .split('/')
+        .try_for_each(|token| check_token(kind, token))
+        .map_err(|e| NameError {
+            name: full.to_owned(),
+            ..e
+        })
 }
 
 fn check_token(kind: &'static str, token: &str) -> Result<(), NameError> {
@@ -169,11 +197,19 @@ mod tests {
     #[test]
     fn bad_names_are_refused_with_the_reason() {
         let solver = names(&[]);
-        for (name, reason) in
-            [("c1//x", "empty"), ("1c", "digit"), ("a-b", "'-'"), ("a__b", "repeat"), ("c1/", "empty"), ("", "empty")]
-        {
+        for (name, reason) in [
+            ("c1//x", "empty"),
+            ("1c", "digit"),
+            ("a-b", "'-'"),
+            ("a__b", "repeat"),
+            ("c1/", "empty"),
+            ("", "empty"),
+        ] {
             let error = solver.resolve("topic", name).unwrap_err().to_string();
-            assert!(error.contains(reason) && error.contains(&format!("{name:?}")), "{name}: {error}");
+            assert!(
+                error.contains(reason) && error.contains(&format!("{name:?}")),
+                "{name}: {error}"
+            );
         }
     }
 }

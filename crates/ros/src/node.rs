@@ -41,7 +41,12 @@ impl Node {
         let names = NodeNames::new(&options.name, &options.namespace, &options.remaps)?;
         let (domain_id, range) = (options.resolved_domain_id()?, options.resolved_discovery_range()?);
         let graph = Graph::join(&names, domain_id, range)?;
-        let inner = Inner { names, graph, stop: CancellationToken::new(), tasks: TaskTracker::new() };
+        let inner = Inner {
+            names,
+            graph,
+            stop: CancellationToken::new(),
+            tasks: TaskTracker::new(),
+        };
         inner.tasks.spawn(Arc::clone(&inner.graph).watch(inner.stop.clone()));
         Ok(Self { inner: Arc::new(inner) })
     }
@@ -77,7 +82,11 @@ impl Node {
             .graph
             .wait_until(timeout, || self.other_nodes().iter().any(|known| known == name))
             .await
-            .map_err(|waited| Error::NotFound { what: "node", name: name.to_owned(), waited })
+            .map_err(|waited| Error::NotFound {
+                what: "node",
+                name: name.to_owned(),
+                waited,
+            })
     }
 
     /// A publisher on `topic` (relative, private `~/x` or absolute; remapped).
@@ -100,7 +109,13 @@ impl Node {
     /// A client of the service `name`.
     pub fn service_client<S: Service>(&self, name: &str) -> Result<ServiceClient<S>, Error> {
         let name = self.inner.names.resolve("service", name)?;
-        ServiceClient::new(&self.inner.graph, self.fully_qualified_name(), name, S::TYPE_NAME, &self.inner.stop)
+        ServiceClient::new(
+            &self.inner.graph,
+            self.fully_qualified_name(),
+            name,
+            S::TYPE_NAME,
+            &self.inner.stop,
+        )
     }
 
     /// Cancelled when the node shuts down; tasks that serve the node end with it.
@@ -115,7 +130,10 @@ impl Node {
         self.inner.stop.cancel();
         self.inner.graph.leave();
         self.inner.tasks.close();
-        if tokio::time::timeout(SHUTDOWN_PATIENCE, self.inner.tasks.wait()).await.is_err() {
+        if tokio::time::timeout(SHUTDOWN_PATIENCE, self.inner.tasks.wait())
+            .await
+            .is_err()
+        {
             tracing::warn!(node = self.fully_qualified_name(), "a task of the node does not end");
         }
     }

@@ -31,7 +31,13 @@ pub struct NodeOptions {
 impl NodeOptions {
     /// A node called `name` in the root namespace.
     pub fn new(name: impl Into<String>) -> Self {
-        Self { name: name.into(), namespace: "/".into(), remaps: Vec::new(), domain_id: None, discovery_range: None }
+        Self {
+            name: name.into(),
+            namespace: "/".into(),
+            remaps: Vec::new(),
+            domain_id: None,
+            discovery_range: None,
+        }
     }
 
     /// Puts the node below `namespace` (absolute, such as "/cell").
@@ -85,16 +91,22 @@ fn domain_id_from(value: Option<&str>) -> Result<u16, Error> {
 }
 
 fn check_domain_id(value: &str) -> Result<u16, Error> {
-    value.parse().ok().filter(|id| *id <= MAX_DOMAIN_ID).ok_or_else(|| Error::Setting {
-        setting: "ROS_DOMAIN_ID",
-        found: value.to_owned(),
-        allowed: "0 to 101",
-    })
+    value
+        .parse()
+        .ok()
+        .filter(|id| *id <= MAX_DOMAIN_ID)
+        .ok_or_else(|| Error::Setting {
+            setting: "ROS_DOMAIN_ID",
+            found: value.to_owned(),
+            allowed: "0 to 101",
+        })
 }
 
 fn discovery_range_from(range: Option<&str>, localhost_only: Option<&str>) -> Result<DiscoveryRange, Error> {
     match (range, localhost_only) {
-        (Some("LOCALHOST" | "OFF"), _) | (None | Some("" | "SYSTEM_DEFAULT"), Some("1")) => Ok(DiscoveryRange::Localhost),
+        (Some("LOCALHOST" | "OFF"), _) | (None | Some("" | "SYSTEM_DEFAULT"), Some("1")) => {
+            Ok(DiscoveryRange::Localhost)
+        }
         (None | Some("" | "SUBNET" | "SYSTEM_DEFAULT"), _) => Ok(DiscoveryRange::Subnet),
         (Some(found), _) => Err(Error::Setting {
             setting: "ROS_AUTOMATIC_DISCOVERY_RANGE",
@@ -119,9 +131,18 @@ mod tests {
     #[test]
     fn discovery_range_follows_the_environment() {
         assert_eq!(discovery_range_from(None, None).unwrap(), DiscoveryRange::Subnet);
-        assert_eq!(discovery_range_from(None, Some("1")).unwrap(), DiscoveryRange::Localhost);
-        assert_eq!(discovery_range_from(Some("LOCALHOST"), None).unwrap(), DiscoveryRange::Localhost);
-        assert_eq!(discovery_range_from(Some("SUBNET"), Some("1")).unwrap(), DiscoveryRange::Subnet);
+        assert_eq!(
+            discovery_range_from(None, Some("1")).unwrap(),
+            DiscoveryRange::Localhost
+        );
+        assert_eq!(
+            discovery_range_from(Some("LOCALHOST"), None).unwrap(),
+            DiscoveryRange::Localhost
+        );
+        assert_eq!(
+            discovery_range_from(Some("SUBNET"), Some("1")).unwrap(),
+            DiscoveryRange::Subnet
+        );
         assert!(discovery_range_from(Some("MOON"), None).is_err());
     }
 }

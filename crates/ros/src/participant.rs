@@ -19,7 +19,10 @@ pub(crate) fn join(domain_id: u16, range: DiscoveryRange) -> Result<DomainPartic
         DiscoveryRange::Localhost => builder.with_only_networks([Ipv4Addr::LOCALHOST]),
         DiscoveryRange::Subnet => builder,
     };
-    builder.build().map_err(|e| Error::Participant { domain_id, reason: e.to_string() })
+    builder.build().map_err(|e| Error::Participant {
+        domain_id,
+        reason: e.to_string(),
+    })
 }
 
 fn raise_open_file_limit() {

@@ -29,9 +29,19 @@ impl<M: Message> Publisher<M> {
         let offer = exchange.offer(qos, graph);
         let writer = graph.writer(&wire, qos).map_err(|reason| {
             exchange.withdraw(offer);
-            Error::Create { what: "publisher", name: topic.clone(), reason }
+            Error::Create {
+                what: "publisher",
+                name: topic.clone(),
+                reason,
+            }
         })?;
-        Ok(Self { topic, qos, exchange, offer, writer })
+        Ok(Self {
+            topic,
+            qos,
+            exchange,
+            offer,
+            writer,
+        })
     }
 
     /// Publishes a message without copying it.
@@ -47,7 +57,10 @@ impl<M: Message> Publisher<M> {
         self.writer
             .dds
             .write(message, Some(Timestamp::now()))
-            .map_err(|e| Error::Publish { topic: self.topic.clone(), reason: e.to_string() })
+            .map_err(|e| Error::Publish {
+                topic: self.topic.clone(),
+                reason: e.to_string(),
+            })
     }
 
     /// Fully qualified topic.
@@ -66,7 +79,11 @@ impl<M: Message> Publisher<M> {
             .graph
             .wait_until(timeout, || self.subscription_count() >= count)
             .await
-            .map_err(|waited| Error::NotFound { what: "subscription of", name: self.topic.clone(), waited })
+            .map_err(|waited| Error::NotFound {
+                what: "subscription of",
+                name: self.topic.clone(),
+                waited,
+            })
     }
 }
 

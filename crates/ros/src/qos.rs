@@ -43,19 +43,33 @@ impl Qos {
     /// Camera images: every image of a light sequence must arrive, so a whole sequence fits.
     pub const IMAGE: Self = Self::reliable(8);
     /// State that a late joiner needs at once (`camera_info`, `state`, `robot_description`).
-    pub const LATCHED: Self = Self { durability: Durability::TransientLocal, ..Self::reliable(1) };
+    pub const LATCHED: Self = Self {
+        durability: Durability::TransientLocal,
+        ..Self::reliable(1)
+    };
     /// Static transforms: latched, several publishers.
-    pub const TF_STATIC: Self = Self { durability: Durability::TransientLocal, ..Self::reliable(100) };
+    pub const TF_STATIC: Self = Self {
+        durability: Durability::TransientLocal,
+        ..Self::reliable(100)
+    };
     /// Small messages in quick succession (`/tf`, exposures, joint states).
     pub const STREAM: Self = Self::reliable(100);
     /// `/clock` and sensor streams in which only the newest sample matters.
-    pub const SENSOR: Self = Self { reliability: Reliability::BestEffort, durability: Durability::Volatile, depth: 5 };
+    pub const SENSOR: Self = Self {
+        reliability: Reliability::BestEffort,
+        durability: Durability::Volatile,
+        depth: 5,
+    };
     /// Services: deep enough that a burst of callers loses nothing.
     pub(crate) const SERVICE: Self = Self::reliable(100);
 
     /// Reliable, volatile, the last `depth` messages.
     pub const fn reliable(depth: usize) -> Self {
-        Self { reliability: Reliability::Reliable, durability: Durability::Volatile, depth }
+        Self {
+            reliability: Reliability::Reliable,
+            durability: Durability::Volatile,
+            depth,
+        }
     }
 
     /// Whether a publisher with `self` serves a subscription that asks for `requested` (DDS "requested/offered").
@@ -67,13 +81,17 @@ impl Qos {
         QosProfile::default()
             .reliability(match self.reliability {
                 Reliability::BestEffort => DdsReliability::BestEffort,
-                Reliability::Reliable => DdsReliability::Reliable { when_full: WhenFull::Wait(SEND_PATIENCE) },
+                Reliability::Reliable => DdsReliability::Reliable {
+                    when_full: WhenFull::Wait(SEND_PATIENCE),
+                },
             })
             .durability(match self.durability {
                 Durability::Volatile => DdsDurability::Volatile,
                 Durability::TransientLocal => DdsDurability::TransientLocal,
             })
-            .history(History::KeepLast { depth: self.depth.max(1) })
+            .history(History::KeepLast {
+                depth: self.depth.max(1),
+            })
     }
 }
 

@@ -10,7 +10,7 @@ use interfaces::{Message, Service};
 use parking_lot::Mutex;
 use rustdds::no_key::DeserializedCacheChange;
 use rustdds::rpc::SampleIdentity;
-use rustdds::{GUID, SequenceNumber, Timestamp, with_key::WriteOptionsBuilder};
+use rustdds::{GUID, RTPSEntity, SequenceNumber, Timestamp, with_key::WriteOptionsBuilder};
 use tokio::sync::oneshot;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
@@ -41,11 +41,29 @@ pub struct ServiceCall<S: Service> {
 }
 
 impl<S: Service> ServiceServer<S> {
-    pub(crate) fn new(graph: &Arc<Graph>, name: String, type_name: &str, stop: CancellationToken) -> Result<Self, Error> {
-        let failed = |reason| Error::Create { what: "service server", name: name.clone(), reason };
-        let replies = graph.writer(&WireTopic::response(&name, type_name), Qos::SERVICE).map_err(failed)?;
-        let requests = graph.reader(&WireTopic::request(&name, type_name), Qos::SERVICE).map_err(failed)?;
-        Ok(Self { name, requests, replies: Arc::new(replies), stop })
+    pub(crate) fn new(
+        graph: &Arc<Graph>,
+        name: String,
+        type_name: &str,
+        stop: CancellationToken,
+    ) -> Result<Self, Error> {
+        let failed = |reason| Error::Create {
+            what: "service server",
+            name: name.clone(),
+            reason,
+        };
+        let replies = graph
+            .writer(&WireTopic::response(&name, type_name), Qos::SERVICE)
+            .map_err(failed)?;
+        let requests = graph
+            .reader(&WireTopic::request(&name, type_name), Qos::SERVICE)
+            .map_err(failed)?;
+        Ok(Self {
+            name,
+            requests,
+            replies: Arc::new(replies),
+            stop,
+        })
     }
 
     /// The next request; `None` once the node is shut down. Cancel safe.
@@ -80,11 +98,15 @@ impl<S: Service> ServiceServer<S> {
 
 /// Fast DDS names its reply reader as the caller and leaves the sequence number to the request's own.
 fn caller<M>(sample: &DeserializedCacheChange<M>) -> SampleIdentity {
-    let own = SampleIdentity { writer_guid: sample.writer_guid, sequence_number: sample.sequence_number };
+    let own = SampleIdentity {
+        writer_guid: sample.writer_guid,
+        sequence_number: sample.sequence_number,
+    };
     match sample.related_sample_identity() {
-        Some(named) if named.sequence_number == SequenceNumber::UNKNOWN => {
-            SampleIdentity { sequence_number: sample.sequence_number, ..named }
-        }
+        Some(named) if named.sequence_number == SequenceNumber::UNKNOWN => SampleIdentity {
+            sequence_number: sample.sequence_number,
+            ..named
+        },
         Some(named) => named,
         None => own,
     }
@@ -102,7 +124,10 @@ impl<S: Service> ServiceCall<S> {
         if is_reader(reader) {
             let matched = || self.replies.is_matched_with(reader);
             if graph.wait_until(CALLER_MATCH_TIMEOUT, matched).await.is_err() {
-                tracing::debug!(service = self.service, "the caller's reply reader is not matched; answering anyway");
+                tracing::debug!(
+                    service = self.service,
+                    "the caller's reply reader is not matched; answering anyway"
+                );
             }
         }
         let options = WriteOptionsBuilder::new()
@@ -111,7 +136,10 @@ impl<S: Service> ServiceCall<S> {
             .build();
         match self.replies.dds.write_with_options(response.into(), options) {
             Ok(_) => Ok(()),
-            Err(e) => Err(Error::Send { service: self.service, reason: e.to_string() }),
+            Err(e) => Err(Error::Send {
+                service: self.service,
+                reason: e.to_string(),
+            }),
         }
     }
 }
@@ -128,7 +156,9 @@ pub struct ServiceClient<S: Service> {
 
 impl<S: Service> Clone for ServiceClient<S> {
     fn clone(&self) -> Self {
-        Self { inner: Arc::clone(&self.inner) }
+        Self {
+            inner: Arc::clone(&self.inner),
+        }
     }
 }
 
@@ -152,21 +182,41 @@ impl<S: Service> ServiceClient<S> {
         type_name: &str,
         stop: &CancellationToken,
     ) -> Result<Self, Error> {
-        let failed = |reason| Error::Create { what: "service client", name: name.clone(), reason };
-        let replies = graph.reader(&WireTopic::response(&name, type_name), Qos::SERVICE).map_err(failed)?;
-        let requests = graph.writer(&WireTopic::request(&name, type_name), Qos::SERVICE).map_err(failed)?;
+        let failed = |reason| Error::Create {
+            what: "service client",
+            name: name.clone(),
+            reason,
+        };
+        let replies = graph
+            .reader(&WireTopic::response(&name, type_name), Qos::SERVICE)
+            .map_err(failed)?;
+        let requests = graph
+            .writer(&WireTopic::request(&name, type_name), Qos::SERVICE)
+            .map_err(failed)?;
         let pending = Arc::new(Mutex::new(Pending::new()));
         // The dispatcher ends with the client or with the node, whichever goes first.
         let stop = stop.child_token();
         let own = [replies.dds.guid(), requests.dds.guid()];
         let reply_reader = replies.dds.guid();
         tokio::spawn(dispatch(name.clone(), replies, own, Arc::clone(&pending), stop.clone()));
-        let inner = Client { name, node, requests, reply_reader, pending, replies_matched: Arc::clone(graph), stop };
+        let inner = Client {
+            name,
+            node,
+            requests,
+            reply_reader,
+            pending,
+            replies_matched: Arc::clone(graph),
+            stop,
+        };
         Ok(Self { inner: Arc::new(inner) })
     }
 
     /// Asks and waits for the answer. `timeout` covers finding the server and the answer.
-    pub async fn call(&self, request: impl Into<Arc<S::Request>>, timeout: Duration) -> Result<Arc<S::Response>, Error> {
+    pub async fn call(
+        &self,
+        request: impl Into<Arc<S::Request>>,
+        timeout: Duration,
+    ) -> Result<Arc<S::Response>, Error> {
         let deadline = Instant::now() + timeout;
         self.wait_for_server(timeout).await?;
         let (sequence_number, reply) = self.inner.send(request.into())?;
@@ -192,7 +242,11 @@ impl<S: Service> ServiceClient<S> {
             .replies_matched
             .wait_until(timeout, || self.server_is_ready())
             .await
-            .map_err(|waited| Error::NotFound { what: "server of service", name: self.inner.name.clone(), waited })
+            .map_err(|waited| Error::NotFound {
+                what: "server of service",
+                name: self.inner.name.clone(),
+                waited,
+            })
     }
 
     /// Fully qualified name.
@@ -203,9 +257,14 @@ impl<S: Service> ServiceClient<S> {
 
 impl<S: Service> Client<S> {
     fn send(&self, request: Arc<S::Request>) -> Result<(i64, oneshot::Receiver<Arc<S::Response>>), Error> {
-        let caller = SampleIdentity { writer_guid: self.reply_reader, sequence_number: SequenceNumber::UNKNOWN };
-        let options =
-            WriteOptionsBuilder::new().source_timestamp(Timestamp::now()).related_sample_identity(caller).build();
+        let caller = SampleIdentity {
+            writer_guid: self.reply_reader,
+            sequence_number: SequenceNumber::UNKNOWN,
+        };
+        let options = WriteOptionsBuilder::new()
+            .source_timestamp(Timestamp::now())
+            .related_sample_identity(caller)
+            .build();
         let (sender, receiver) = oneshot::channel();
         // The lock is held across the write: the reply may come before this thread has its number.
         let mut pending = self.pending.lock();
@@ -213,7 +272,10 @@ impl<S: Service> Client<S> {
             .requests
             .dds
             .write_with_options(request, options)
-            .map_err(|e| Error::Send { service: self.name.clone(), reason: e.to_string() })?;
+            .map_err(|e| Error::Send {
+                service: self.name.clone(),
+                reason: e.to_string(),
+            })?;
         let sequence_number = i64::from(sent.sequence_number);
         pending.insert(sequence_number, sender);
         Ok((sequence_number, receiver))
@@ -244,7 +306,12 @@ async fn dispatch<R: Message>(
         };
         match arrived {
             Ok(sample) => {
-                let Some(to) = sample.related_sample_identity().filter(|to| own.contains(&to.writer_guid)) else { continue };
+                let Some(to) = sample
+                    .related_sample_identity()
+                    .filter(|to| own.contains(&to.writer_guid))
+                else {
+                    continue;
+                };
                 let waiting = pending.lock().remove(&i64::from(to.sequence_number));
                 // A call that timed out no longer waits; its late reply is dropped here.
                 waiting.map(|call| call.send(sample.into_value()));

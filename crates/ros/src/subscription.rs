@@ -49,9 +49,21 @@ impl<M: Message> Subscription<M> {
         let inbox = exchange.open_inbox(qos, graph);
         let reader = graph.reader(&wire, qos).map_err(|reason| {
             exchange.close_inbox(&inbox);
-            Error::Create { what: "subscription", name: topic.clone(), reason }
+            Error::Create {
+                what: "subscription",
+                name: topic.clone(),
+                reason,
+            }
         })?;
-        Ok(Self { topic, qos, exchange, inbox, reader, stop, unreadable: 0 })
+        Ok(Self {
+            topic,
+            qos,
+            exchange,
+            inbox,
+            reader,
+            stop,
+            unreadable: 0,
+        })
     }
 
     /// The next message; `None` once the node is shut down. Cancel safe.
@@ -67,7 +79,12 @@ impl<M: Message> Subscription<M> {
                 arrived = stream.next() => arrived?,
             };
             match arrived {
-                Ok(sample) => return Some(Received { message: sample.into_value(), source: Source::Dds }),
+                Ok(sample) => {
+                    return Some(Received {
+                        message: sample.into_value(),
+                        source: Source::Dds,
+                    });
+                }
                 Err(error) => {
                     self.unreadable += 1;
                     tracing::warn!(topic = self.topic, r#type = M::TYPE_NAME, %error, "a message is not readable; skipped");
@@ -102,7 +119,11 @@ impl<M: Message> Subscription<M> {
             .graph
             .wait_until(timeout, || self.publisher_count() >= count)
             .await
-            .map_err(|waited| Error::NotFound { what: "publisher of", name: self.topic.clone(), waited })
+            .map_err(|waited| Error::NotFound {
+                what: "publisher of",
+                name: self.topic.clone(),
+                waited,
+            })
     }
 }
 

@@ -69,17 +69,26 @@ pub(crate) struct WireTopic {
 impl WireTopic {
     /// `/cell/c1/normals` of `sensor_msgs/msg/Image` is `rt/cell/c1/normals` of `sensor_msgs::msg::dds_::Image_`.
     pub(crate) fn message(topic: &str, type_name: &str) -> Self {
-        Self { name: format!("rt{topic}"), type_name: dds_type(type_name, "") }
+        Self {
+            name: format!("rt{topic}"),
+            type_name: dds_type(type_name, ""),
+        }
     }
 
     /// The request half of a service.
     pub(crate) fn request(service: &str, type_name: &str) -> Self {
-        Self { name: format!("rq{service}Request"), type_name: dds_type(type_name, "_Request") }
+        Self {
+            name: format!("rq{service}Request"),
+            type_name: dds_type(type_name, "_Request"),
+        }
     }
 
     /// The response half of a service.
     pub(crate) fn response(service: &str, type_name: &str) -> Self {
-        Self { name: format!("rr{service}Reply"), type_name: dds_type(type_name, "_Response") }
+        Self {
+            name: format!("rr{service}Reply"),
+            type_name: dds_type(type_name, "_Response"),
+        }
     }
 }
 
@@ -96,10 +105,16 @@ mod tests {
     #[test]
     fn names_on_the_wire_are_those_of_ros_2() {
         let topic = WireTopic::message("/cell/c1/normals", "sensor_msgs/msg/Image");
-        assert_eq!((topic.name.as_str(), topic.type_name.as_str()), ("rt/cell/c1/normals", "sensor_msgs::msg::dds_::Image_"));
+        assert_eq!(
+            (topic.name.as_str(), topic.type_name.as_str()),
+            ("rt/cell/c1/normals", "sensor_msgs::msg::dds_::Image_")
+        );
         let request = WireTopic::request("/cell/pick", "std_srvs/srv/Trigger");
         assert_eq!(request.name, "rq/cell/pickRequest");
         assert_eq!(request.type_name, "std_srvs::srv::dds_::Trigger_Request_");
-        assert_eq!(WireTopic::response("/cell/pick", "std_srvs/srv/Trigger").name, "rr/cell/pickReply");
+        assert_eq!(
+            WireTopic::response("/cell/pick", "std_srvs/srv/Trigger").name,
+            "rr/cell/pickReply"
+        );
     }
 }
