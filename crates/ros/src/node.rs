@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use interfaces::{Message, Service};
+use interfaces::{Action, Message, Service};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
+use crate::action::{ActionClient, ActionServer};
 use crate::error::Error;
 use crate::graph::Graph;
 use crate::names::NodeNames;
@@ -36,11 +37,14 @@ impl Node {
     /// Joins the graph.
     ///
     /// Must be called within a tokio runtime, which drives the node until [`Self::shutdown`].
-    // Async although it does not wait today: a node that starts will wait for its first look at the graph.
     pub async fn start(options: NodeOptions) -> Result<Self, Error> {
         let names = NodeNames::new(&options.name, &options.namespace, &options.remaps)?;
         let (domain_id, range) = (options.resolved_domain_id()?, options.resolved_discovery_range()?);
-        let graph = Graph::join(&names, domain_id, range)?;
+        // Opening a participant's sockets and threads takes milliseconds.
+        let joining = names.clone();
+        let graph = tokio::task::spawn_blocking(move || Graph::join(&joining, domain_id, range))
+            .await
+            .map_err(|e| Error::Participant { domain_id, reason: e.to_string() })??;
         let inner = Inner {
             names,
             graph,
@@ -116,6 +120,24 @@ impl Node {
             S::TYPE_NAME,
             &self.inner.stop,
         )
+    }
+
+    /// A server for the action `name`.
+    pub fn action_server<A: Action>(&self, name: &str) -> Result<ActionServer<A>, Error> {
+        ActionServer::new(self, &self.inner.names.resolve("action", name)?)
+    }
+
+    /// A client of the action `name`.
+    pub fn action_client<A: Action>(&self, name: &str) -> Result<ActionClient<A>, Error> {
+        ActionClient::new(self, &self.inner.names.resolve("action", name)?)
+    }
+
+    pub(crate) fn graph(&self) -> &Arc<Graph> {
+        &self.inner.graph
+    }
+
+    pub(crate) fn tasks(&self) -> &TaskTracker {
+        &self.inner.tasks
     }
 
     /// Cancelled when the node shuts down; tasks that serve the node end with it.

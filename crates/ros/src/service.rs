@@ -172,6 +172,7 @@ struct Client<S: Service> {
     stop: CancellationToken,
 }
 
+type Reply<R> = oneshot::Receiver<Arc<R>>;
 type Pending<R> = BTreeMap<i64, oneshot::Sender<Arc<R>>>;
 
 impl<S: Service> ServiceClient<S> {
@@ -256,7 +257,7 @@ impl<S: Service> ServiceClient<S> {
 }
 
 impl<S: Service> Client<S> {
-    fn send(&self, request: Arc<S::Request>) -> Result<(i64, oneshot::Receiver<Arc<S::Response>>), Error> {
+    fn send(&self, request: Arc<S::Request>) -> Result<(i64, Reply<S::Response>), Error> {
         let caller = SampleIdentity {
             writer_guid: self.reply_reader,
             sequence_number: SequenceNumber::UNKNOWN,

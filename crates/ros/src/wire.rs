@@ -4,6 +4,7 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use interfaces::Message;
+use interfaces::cdr::Endianness;
 use rustdds::RepresentationIdentifier;
 use rustdds::bytes::Bytes;
 use rustdds::no_key::{Decode, DefaultDecoder, DeserializerAdapter, SerializerAdapter};
@@ -19,7 +20,7 @@ impl<M: Message> SerializerAdapter<Arc<M>> for Cdr<M> {
     }
 
     fn to_bytes(message: &Arc<M>) -> Result<Bytes, Self::Error> {
-        interfaces::cdr::body_to_vec(message.as_ref()).map(Bytes::from)
+        interfaces::cdr::to_body(message.as_ref()).map(Bytes::from)
     }
 }
 
@@ -55,7 +56,8 @@ impl<M: Message> Decode<'_, Arc<M>> for CdrDecoder<M> {
 
     fn decode_bytes(self, body: &[u8], encoding: RepresentationIdentifier) -> Result<Arc<M>, Self::Error> {
         let big_endian = encoding == RepresentationIdentifier::CDR_BE;
-        interfaces::cdr::body_from_slice(body, big_endian).map(Arc::new)
+        let endianness = if big_endian { Endianness::Big } else { Endianness::Little };
+        interfaces::cdr::from_body(body, endianness).map(Arc::new)
     }
 }
 
