@@ -153,8 +153,9 @@ impl Writer<'_> {
         self.out.doc(message.comments.iter().map(String::as_str));
         self.out.doc(message.comments.first().map(|_| ""));
         self.out.doc([format!("`{}`", message.name).as_str()]);
+        let copy = if self.is_copy(message) { " Copy," } else { "" };
         self.out.line(format!(
-            "#[derive(Debug, Clone, PartialEq, {serde}::Serialize, {serde}::Deserialize)]"
+            "#[derive(Debug, Clone,{copy} PartialEq, {serde}::Serialize, {serde}::Deserialize)]"
         ));
         self.out.line(format!("#[serde(crate = {serde:?})]"));
         self.out.line(format!("pub struct {} {{", message.name.rust_name()));
@@ -168,6 +169,19 @@ impl Writer<'_> {
             self.out.line(format!("pub {EMPTY_MEMBER}: u8,"));
         }
         self.out.line("}");
+    }
+
+    /// Times, points and poses are values like numbers; what holds text or sequences is not.
+    fn is_copy(&self, message: &Message) -> bool {
+        let is_plain = |field: &Field| {
+            !matches!(field.element, Element::Text { .. }) && matches!(field.count, Count::One | Count::Fixed(_))
+        };
+        message.fields.iter().all(is_plain)
+            && self
+                .packages
+                .dependencies(message)
+                .into_iter()
+                .all(|needed| needed.fields.iter().all(is_plain))
     }
 
     fn write_field(&mut self, message: &Message, field: &Field) {

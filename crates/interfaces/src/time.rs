@@ -47,7 +47,7 @@ macro_rules! nanosecond_conversions {
             }
 
             #[doc = concat!("Nanoseconds ", $what, ".")]
-            pub fn to_nanos(&self) -> i64 {
+            pub fn to_nanos(self) -> i64 {
                 join(self.sec, self.nanosec)
             }
         }
@@ -65,11 +65,11 @@ macro_rules! nanosecond_conversions {
             }
         }
 
-        impl TryFrom<&$message> for StdDuration {
+        impl TryFrom<$message> for StdDuration {
             type Error = TimeOutOfRange;
 
             /// Fails for negative values, which the standard library's type cannot hold.
-            fn try_from(message: &$message) -> Result<Self, TimeOutOfRange> {
+            fn try_from(message: $message) -> Result<Self, TimeOutOfRange> {
                 let nanoseconds = message.to_nanos();
                 u64::try_from(nanoseconds)
                     .map(StdDuration::from_nanos)
