@@ -90,7 +90,7 @@ pub(super) fn install(repository: &Repository) -> Result<()> {
 
 fn by_hand(packages: &[&str]) -> String {
     format!(
-        "neither root nor able to use sudo. Have somebody who is run these two commands, then repeat set-up:\n    \
+        "this user is not root and cannot use sudo. Have root run these two commands, then repeat set-up:\n    \
          apt-get update\n    apt-get install -y {}",
         packages.join(" ")
     )
