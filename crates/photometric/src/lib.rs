@@ -1,1 +1,36 @@
 //! Surface normals from shading.
+//!
+//! Brightness of a matte surface under several known lights gives its normal at every pixel. This crate takes exposure
+//! stacks and light models and returns normal maps with diagnostics; it knows no cameras, files or messages. For now it
+//! has distant lights and plain least squares ([`least_squares_normals`]): no shadow test, no near field, no bounced
+//! light.
+//!
+//! ```
+//! use imaging::{ExposureStack, Image};
+//! use photometric::{LeastSquaresOptions, least_squares_normals, nominal_panels};
+//!
+//! let reference = [0.43, 0.0, 0.015];
+//! let lights: Vec<_> = nominal_panels().iter().map(|panel| panel.directional_light(reference)).collect::<Result<_, _>>()?;
+//!
+//! // A level white table: every light shines with its strength times the cosine of its angle to base z.
+//! let brightness = |z: f64, intensity: f64| (z * intensity * 5_000.0).round() as u16;
+//! let images = lights.iter().map(|light| (light.channel(), brightness(light.direction().z, light.intensity())));
+//! let images = std::iter::once((0, 0)).chain(images).map(|(channel, value)| (channel, Image::filled(2, 2, value)));
+//! let stack = ExposureStack::new(&[1, 2, 3, 4, 5, 6, 7], images, 65_000)?;
+//!
+//! let result = least_squares_normals(&stack, &lights, &LeastSquaresOptions::default())?;
+//! assert!(result.normals.pixels()[0][2] > 0.9999);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod directional_light;
+mod error;
+mod least_squares;
+mod light_matrix;
+mod nominal_rig;
+mod row_solver;
+
+pub use directional_light::DirectionalLight;
+pub use error::PhotometricError;
+pub use least_squares::{LeastSquaresOptions, NormalMapResult, PixelCounts, least_squares_normals};
+pub use nominal_rig::{PanelLight, nominal_panels};

@@ -1,0 +1,74 @@
+//! What makes photometric stereo impossible.
+
+/// Why lights or images were refused, with what was given and what is allowed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PhotometricError {
+    /// A light needs a finite direction that is not zero.
+    #[error("light {channel}: direction {direction:?} has no length or is not finite")]
+    LightDirection {
+        /// The light's channel.
+        channel: u8,
+        /// As given.
+        direction: [f64; 3],
+    },
+    /// A light needs a positive, finite intensity.
+    #[error("light {channel}: intensity {intensity} must be positive and finite")]
+    LightIntensity {
+        /// The light's channel.
+        channel: u8,
+        /// As given.
+        intensity: f64,
+    },
+    /// A point level with or behind a panel's face gets nothing from it.
+    #[error("light {channel}: its panel faces away from {point:?} (cosine {cosine:.3})")]
+    BehindPanel {
+        /// The light's channel.
+        channel: u8,
+        /// The point, base frame, metres.
+        point: [f64; 3],
+        /// Between the panel's facing and the way to the point.
+        cosine: f64,
+    },
+    /// A normal has three unknowns.
+    #[error("{got} lights given, at least {needed} are needed")]
+    TooFewLights {
+        /// Lights given.
+        got: usize,
+        /// Lights needed.
+        needed: usize,
+    },
+    /// Lights in one plane say nothing about the direction across it.
+    #[error(
+        "lights are too close to one plane: smallest to largest singular value {ratio:.4}, at least {allowed} is needed"
+    )]
+    CoplanarLights {
+        /// Smallest over largest singular value of the unit directions.
+        ratio: f64,
+        /// Smallest ratio allowed.
+        allowed: f64,
+    },
+    /// Two light models claim the same channel.
+    #[error("light channel {channel} is described twice")]
+    DuplicateLight {
+        /// The channel.
+        channel: u8,
+    },
+    /// A light model has no image.
+    #[error("no image of light channel {channel}; the stack holds {present:?}")]
+    NoImage {
+        /// The channel.
+        channel: u8,
+        /// Channels with an image.
+        present: Vec<u8>,
+    },
+    /// A number is outside what makes sense.
+    #[error("{what} = {value} is outside {allowed}")]
+    OutOfRange {
+        /// The option.
+        what: &'static str,
+        /// As given.
+        value: f64,
+        /// The range in words.
+        allowed: &'static str,
+    },
+}
