@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
+use crate::action::{GoalEvent, GoalStatus};
 use crate::names::NameError;
+use crate::parameters::ParameterError;
+use crate::tf::TfError;
 
 /// Every failure of this crate, by cause.
 #[derive(Debug, thiserror::Error)]
@@ -11,6 +14,18 @@ pub enum Error {
     /// A node, topic, service or parameter name breaks the ROS 2 naming rules.
     #[error(transparent)]
     Name(#[from] NameError),
+    /// A parameter is not as it was declared, or a parameter file or launch config is not right.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A transform is missing or was refused.
+    #[error(transparent)]
+    Tf(#[from] TfError),
+    /// The process has a logger already.
+    #[error("cannot install the logger: {reason}")]
+    Logging {
+        /// What the logger said.
+        reason: String,
+    },
     /// An environment variable or a ROS argument has a value that means nothing.
     #[error("{setting} is {found:?}; allowed: {allowed}")]
     Setting {
@@ -80,5 +95,49 @@ pub enum Error {
     ShutDown {
         /// Fully qualified node name.
         node: String,
+    },
+    /// A server declined a goal.
+    #[error("the server of action {action} rejects the goal")]
+    GoalRejected {
+        /// Fully qualified action.
+        action: String,
+    },
+    /// A server cannot take a goal that it was offered.
+    #[error("action {action} cannot take the goal: {reason}")]
+    GoalRefused {
+        /// Fully qualified action.
+        action: String,
+        /// Why not.
+        reason: String,
+    },
+    /// A goal is in a state in which this cannot happen to it.
+    #[error("a goal of action {action} cannot {event:?} while it is {state:?}; it is aborted")]
+    GoalState {
+        /// Fully qualified action.
+        action: String,
+        /// What was to happen.
+        event: GoalEvent,
+        /// The state it was in.
+        state: GoalStatus,
+    },
+    /// A goal was not asked to stop.
+    #[error("the goal of action {action} is not cancelled: {reason}")]
+    NotCancelled {
+        /// Fully qualified action.
+        action: String,
+        /// Why not.
+        reason: &'static str,
+    },
+    /// The server left the graph while a goal was under way.
+    #[error("the server of action {action} is gone; its goal has no result")]
+    ServerGone {
+        /// Fully qualified action.
+        action: String,
+    },
+    /// The server does not know a goal that was accepted: it was restarted, or has dropped the result.
+    #[error("the server of action {action} does not know the goal (any more); was it restarted?")]
+    GoalForgotten {
+        /// Fully qualified action.
+        action: String,
     },
 }

@@ -28,24 +28,38 @@
 //! # }
 //! ```
 
+pub mod action;
+pub mod clock;
+pub mod diagnostics;
 mod error;
 mod graph;
 mod handover;
+mod launch_config;
+pub mod logging;
 mod names;
 mod node;
 mod options;
+pub mod parameters;
 mod participant;
 mod publisher;
 mod qos;
+mod rosout;
 mod service;
+mod standard_interfaces;
 mod subscription;
+pub mod tf;
 mod wire;
 
+pub use action::{ActionClient, ActionServer, ActiveGoal, GoalEvent, GoalHandle, GoalId, GoalOffer, GoalStatus};
+pub use clock::Clock;
 pub use error::Error;
+pub use launch_config::{Cell, LaunchConfig};
 pub use names::{NameError, Remap};
 pub use node::Node;
 pub use options::{DiscoveryRange, NodeOptions};
+pub use parameters::{Parameter, ParameterHandle, ParameterValue};
 pub use publisher::Publisher;
 pub use qos::{Durability, Qos, Reliability};
+pub use rosout::RosoutLayer;
 pub use service::{ServiceCall, ServiceClient, ServiceServer};
 pub use subscription::{Received, Source, Subscription};

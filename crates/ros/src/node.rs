@@ -8,13 +8,17 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use crate::action::{ActionClient, ActionServer};
+use crate::clock::Clock;
+use crate::diagnostics::Diagnostics;
 use crate::error::Error;
 use crate::graph::Graph;
 use crate::names::NodeNames;
 use crate::options::NodeOptions;
+use crate::parameters::Parameters;
 use crate::publisher::Publisher;
 use crate::qos::Qos;
 use crate::service::{ServiceClient, ServiceServer};
+use crate::standard_interfaces::{self, StandardInterfaces};
 use crate::subscription::Subscription;
 
 /// How long [`Node::shutdown`] waits for the node's own tasks.
@@ -29,6 +33,7 @@ pub struct Node {
 struct Inner {
     names: NodeNames,
     graph: Arc<Graph>,
+    standard: StandardInterfaces,
     stop: CancellationToken,
     tasks: TaskTracker,
 }
@@ -40,19 +45,26 @@ impl Node {
     pub async fn start(options: NodeOptions) -> Result<Self, Error> {
         let names = NodeNames::new(&options.name, &options.namespace, &options.remaps)?;
         let (domain_id, range) = (options.resolved_domain_id()?, options.resolved_discovery_range()?);
+        let (standard, changes) = StandardInterfaces::new(options.resolved_overrides(&names.fully_qualified())?);
         // Opening a participant's sockets and threads takes milliseconds.
         let joining = names.clone();
         let graph = tokio::task::spawn_blocking(move || Graph::join(&joining, domain_id, range))
             .await
-            .map_err(|e| Error::Participant { domain_id, reason: e.to_string() })??;
+            .map_err(|e| Error::Participant {
+                domain_id,
+                reason: e.to_string(),
+            })??;
         let inner = Inner {
             names,
             graph,
+            standard,
             stop: CancellationToken::new(),
             tasks: TaskTracker::new(),
         };
         inner.tasks.spawn(Arc::clone(&inner.graph).watch(inner.stop.clone()));
-        Ok(Self { inner: Arc::new(inner) })
+        let node = Self { inner: Arc::new(inner) };
+        standard_interfaces::serve(&node, changes)?;
+        Ok(node)
     }
 
     /// Base name.
@@ -130,6 +142,34 @@ impl Node {
     /// A client of the action `name`.
     pub fn action_client<A: Action>(&self, name: &str) -> Result<ActionClient<A>, Error> {
         ActionClient::new(self, &self.inner.names.resolve("action", name)?)
+    }
+
+    /// The node's parameters: declare them after the start, then [`Parameters::seal`].
+    pub fn parameters(&self) -> &Parameters {
+        &self.inner.standard.parameters
+    }
+
+    /// The node's time: the system's, or `/clock` while `use_sim_time` is true.
+    pub fn clock(&self) -> &Clock {
+        &self.inner.standard.clock
+    }
+
+    /// What the node reports on `/diagnostics`.
+    pub fn diagnostics(&self) -> &Diagnostics {
+        &self.inner.standard.diagnostics
+    }
+
+    /// A span that makes what is logged within it the node's on `/rosout`; for `tracing::Instrument::instrument`.
+    pub fn span(&self) -> tracing::Span {
+        tracing::info_span!("node", node = self.fully_qualified_name())
+    }
+
+    pub(crate) fn standard(&self) -> &StandardInterfaces {
+        &self.inner.standard
+    }
+
+    pub(crate) fn resolve_topic(&self, topic: &str) -> Result<String, Error> {
+        Ok(self.inner.names.resolve("topic", topic)?)
     }
 
     pub(crate) fn graph(&self) -> &Arc<Graph> {

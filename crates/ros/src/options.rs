@@ -1,9 +1,13 @@
 //! How a node is named and which graph it joins.
 
+use std::collections::BTreeMap;
 use std::env;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 use crate::error::Error;
 use crate::names::Remap;
+use crate::parameters::{self, Overrides, ParameterFile, ParameterValue};
 
 /// Highest domain whose ports stay below Linux's range of ephemeral ports (7400 + 250 * domain).
 const MAX_DOMAIN_ID: u16 = 101;
@@ -26,6 +30,15 @@ pub struct NodeOptions {
     pub(crate) remaps: Vec<Remap>,
     pub(crate) domain_id: Option<u16>,
     pub(crate) discovery_range: Option<DiscoveryRange>,
+    parameters: Vec<ParameterSource>,
+}
+
+/// Where start values of parameters come from.
+#[derive(Debug, Clone)]
+enum ParameterSource {
+    Values(BTreeMap<String, ParameterValue>),
+    Path(PathBuf),
+    File(Arc<ParameterFile>),
 }
 
 impl NodeOptions {
@@ -37,6 +50,7 @@ impl NodeOptions {
             remaps: Vec::new(),
             domain_id: None,
             discovery_range: None,
+            parameters: Vec::new(),
         }
     }
 
@@ -68,6 +82,41 @@ impl NodeOptions {
         self
     }
 
+    /// Gives parameters their start values; these hold over what was given before.
+    #[must_use]
+    pub fn parameter_overrides(mut self, values: BTreeMap<String, ParameterValue>) -> Self {
+        self.parameters.push(ParameterSource::Values(values));
+        self
+    }
+
+    /// Takes start values of parameters from a ROS 2 parameter file, which is read when the node starts; they hold
+    /// over what was given before.
+    #[must_use]
+    pub fn parameter_file(mut self, path: impl Into<PathBuf>) -> Self {
+        self.parameters.push(ParameterSource::Path(path.into()));
+        self
+    }
+
+    /// Takes start values of parameters from a file that was read already.
+    #[must_use]
+    pub fn parameters_from(mut self, file: Arc<ParameterFile>) -> Self {
+        self.parameters.push(ParameterSource::File(file));
+        self
+    }
+
+    /// What the node of this fully qualified name starts with.
+    pub(crate) fn resolved_overrides(&self, node: &str) -> Result<Overrides, Error> {
+        let mut overrides = Overrides::new();
+        for source in &self.parameters {
+            overrides.extend(match source {
+                ParameterSource::Values(values) => parameters::from_options(values),
+                ParameterSource::Path(path) => ParameterFile::read(path)?.overrides_for(node),
+                ParameterSource::File(file) => file.overrides_for(node),
+            });
+        }
+        Ok(overrides)
+    }
+
     pub(crate) fn resolved_domain_id(&self) -> Result<u16, Error> {
         match self.domain_id {
             Some(id) => check_domain_id(&id.to_string()),
@@ -90,7 +139,7 @@ fn domain_id_from(value: Option<&str>) -> Result<u16, Error> {
     value.filter(|v| !v.is_empty()).map_or(Ok(0), check_domain_id)
 }
 
-fn check_domain_id(value: &str) -> Result<u16, Error> {
+pub(crate) fn check_domain_id(value: &str) -> Result<u16, Error> {
     value
         .parse()
         .ok()
