@@ -69,7 +69,7 @@ fn colcon(repository: &Repository, build: &Path) -> Command {
     let venv = repository.venv();
     let mut command = Command::new(venv.join("bin/colcon"));
     command
-        .arg("--log-base")
+        .args(["--log-level", "error", "--log-base"])
         .arg(build.join("log"))
         .args(["build", "--merge-install", "--base-paths"]);
     command.args(packages(repository));
