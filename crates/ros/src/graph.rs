@@ -25,6 +25,7 @@ use crate::names::NodeNames;
 use crate::options::DiscoveryRange;
 use crate::participant;
 use crate::qos::{Durability, Qos};
+use crate::transport_counters::TransportCounters;
 use crate::wire::{Cdr, WireTopic};
 
 /// How often a waiting caller looks again without an event.
@@ -44,6 +45,7 @@ pub(crate) struct Graph {
     own: Mutex<Own>,
     seen: Mutex<Seen>,
     changed: watch::Sender<u64>,
+    pub(crate) counters: Arc<TransportCounters>,
 }
 
 /// What this node announces on `ros_discovery_info`.
@@ -103,6 +105,7 @@ impl Graph {
             own: Mutex::new(own),
             seen: Mutex::new(Seen::default()),
             changed: watch::Sender::new(0),
+            counters: Arc::default(),
         }))
     }
 

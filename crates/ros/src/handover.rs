@@ -15,6 +15,7 @@ use tokio::sync::Notify;
 
 use crate::graph::Graph;
 use crate::qos::{Durability, Qos};
+use crate::transport_counters::TransportCounters;
 
 type Key = (u16, String, TypeId);
 
@@ -44,6 +45,8 @@ struct Offer<M> {
 /// A subscription's queue: bounded, the oldest message gives way.
 pub(crate) struct Inbox<M> {
     qos: Qos,
+    /// Those of the whole node.
+    counters: Arc<TransportCounters>,
     messages: Mutex<VecDeque<Arc<M>>>,
     arrived: Notify,
     dropped: AtomicU64,
@@ -97,7 +100,7 @@ impl<M: Send + Sync + 'static> Exchange<M> {
 
     /// Registers a subscription and gives it what is latched. To be called before its DDS reader exists.
     pub(crate) fn open_inbox(&self, qos: Qos, graph: &Arc<Graph>) -> Arc<Inbox<M>> {
-        let inbox = Arc::new(Inbox::new(qos));
+        let inbox = Arc::new(Inbox::new(qos, Arc::clone(&graph.counters)));
         let mut endpoints = self.endpoints.lock();
         for offer in endpoints.offers.iter().filter(|offer| offer.qos.satisfies(&qos)) {
             self.keep_off_dds(&offer.graph, graph);
@@ -162,9 +165,10 @@ impl<M: Send + Sync + 'static> Exchange<M> {
 }
 
 impl<M> Inbox<M> {
-    fn new(qos: Qos) -> Self {
+    fn new(qos: Qos, counters: Arc<TransportCounters>) -> Self {
         Self {
             qos,
+            counters,
             messages: Mutex::default(),
             arrived: Notify::new(),
             dropped: AtomicU64::new(0),
@@ -177,6 +181,7 @@ impl<M> Inbox<M> {
         while messages.len() > self.qos.depth.max(1) {
             messages.pop_front();
             self.dropped.fetch_add(1, Ordering::Relaxed);
+            self.counters.count_dropped();
         }
         drop(messages);
         self.arrived.notify_one();
@@ -205,7 +210,7 @@ mod tests {
 
     #[tokio::test]
     async fn an_inbox_keeps_the_newest_and_counts_the_rest() {
-        let inbox = Inbox::new(Qos::reliable(2));
+        let inbox = Inbox::new(Qos::reliable(2), Arc::default());
         (0..5).for_each(|n| inbox.push(Arc::new(n)));
         assert_eq!((*inbox.next().await, *inbox.next().await, inbox.dropped()), (3, 4, 3));
     }

@@ -29,6 +29,7 @@
 //! ```
 
 pub mod action;
+mod arguments;
 pub mod clock;
 pub mod diagnostics;
 mod error;
@@ -48,9 +49,11 @@ mod service;
 mod standard_interfaces;
 mod subscription;
 pub mod tf;
+mod transport_counters;
 mod wire;
 
 pub use action::{ActionClient, ActionServer, ActiveGoal, GoalEvent, GoalHandle, GoalId, GoalOffer, GoalStatus};
+pub use arguments::RosArguments;
 pub use clock::Clock;
 pub use error::Error;
 pub use launch_config::{Cell, LaunchConfig};

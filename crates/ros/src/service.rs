@@ -85,7 +85,10 @@ impl<S: Service> ServiceServer<S> {
                         replies: Arc::clone(&self.replies),
                     });
                 }
-                Err(error) => tracing::warn!(service = self.name, %error, "a request is not readable; skipped"),
+                Err(error) => {
+                    self.requests.graph.counters.count_unreadable();
+                    tracing::warn!(service = self.name, %error, "a request is not readable; skipped");
+                }
             }
         }
     }
@@ -317,7 +320,10 @@ async fn dispatch<R: Message>(
                 // A call that timed out no longer waits; its late reply is dropped here.
                 waiting.map(|call| call.send(sample.into_value()));
             }
-            Err(error) => tracing::warn!(service, %error, "a reply is not readable; skipped"),
+            Err(error) => {
+                replies.graph.counters.count_unreadable();
+                tracing::warn!(service, %error, "a reply is not readable; skipped");
+            }
         }
     }
 }

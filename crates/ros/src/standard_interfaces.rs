@@ -1,5 +1,7 @@
 //! What every ROS node has beside its own topics: parameters, time, `/rosout`, `/diagnostics`.
 
+use std::sync::Arc;
+
 use crate::clock::{self, Clock, ClockTopic};
 use crate::diagnostics::{self, Diagnostics};
 use crate::error::Error;
@@ -7,6 +9,7 @@ use crate::node::Node;
 use crate::parameters::{self, Changes, Overrides, Parameters};
 use crate::qos::Qos;
 use crate::rosout;
+use crate::transport_counters;
 
 /// As deep as ROS's own, for a burst of declarations.
 const PARAMETER_EVENTS: Qos = Qos::reliable(1000);
@@ -64,6 +67,11 @@ pub(crate) fn serve(node: &Node, changes: Changes) -> Result<(), Error> {
     )));
     parameters::serve(node, parameters)?;
 
+    diagnostics.register(
+        "transport",
+        "",
+        transport_counters::provider(Arc::downgrade(node.graph())),
+    );
     let reports = node.publisher("/diagnostics", Qos::reliable(10))?;
     tasks.spawn(diagnostics::publish(
         name,

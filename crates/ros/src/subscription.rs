@@ -87,6 +87,7 @@ impl<M: Message> Subscription<M> {
                 }
                 Err(error) => {
                     self.unreadable += 1;
+                    self.reader.graph.counters.count_unreadable();
                     tracing::warn!(topic = self.topic, r#type = M::TYPE_NAME, %error, "a message is not readable; skipped");
                 }
             }
