@@ -170,7 +170,7 @@ impl PartReader {
         let mut comments = std::mem::take(&mut self.pending);
         comments.extend(parts.comment.map(tidy_comment));
         let name = parts.name.to_owned();
-        let declaration = parts.declaration.to_owned();
+        let declaration = parts.text.to_owned();
         match parts.value {
             DeclaredValue::Constant(value) => {
                 if count != crate::model::Count::One || matches!(element, Element::Message(_)) {
@@ -242,7 +242,7 @@ struct Declaration<'a> {
     name: &'a str,
     value: DeclaredValue<'a>,
     comment: Option<&'a str>,
-    declaration: &'a str,
+    text: &'a str,
 }
 
 enum DeclaredValue<'a> {
@@ -265,7 +265,7 @@ fn split_declaration(line: &str) -> Result<Declaration<'_>, Problem> {
         None => (false, after_name),
     };
     let (value, comment) = split_comment(after_name);
-    let declaration = match comment {
+    let text = match comment {
         Some(comment) => line[..line.len() - comment.len() - 1].trim_end(),
         None => line,
     };
@@ -279,7 +279,7 @@ fn split_declaration(line: &str) -> Result<Declaration<'_>, Problem> {
         name,
         value,
         comment,
-        declaration,
+        text,
     })
 }
 

@@ -96,9 +96,9 @@ impl Writer<'_> {
             if !of_kind.is_empty() {
                 self.out.doc([format!("`{package}/{}`", kind.name()).as_str()]);
                 self.out.line(format!("pub mod {} {{", kind.name()));
-                of_kind
-                    .into_iter()
-                    .for_each(|interface| self.write_interface(interface));
+                for interface in of_kind {
+                    self.write_interface(interface);
+                }
                 self.out.line("}");
             }
         }
@@ -107,7 +107,9 @@ impl Writer<'_> {
     }
 
     fn write_interface(&mut self, interface: &Interface) {
-        interface.parts.iter().for_each(|part| self.write_message(part));
+        for part in &interface.parts {
+            self.write_message(part);
+        }
         let (trait_name, associated): (_, &[&str]) = match interface.name.kind {
             Kind::Msg => return,
             Kind::Srv => ("Service", &["Request", "Response"]),
@@ -132,7 +134,9 @@ impl Writer<'_> {
         self.write_struct(message);
         self.write_constants(message);
         self.write_default(message);
-        message.fields.iter().for_each(|field| self.write_bound(message, field));
+        for field in &message.fields {
+            self.write_bound(message, field);
+        }
         let definition = concatenated_definition(self.packages, message);
         self.out.line(format!(
             "impl {}::Message for {} {{",
@@ -235,7 +239,9 @@ impl Writer<'_> {
         if message.fields.is_empty() {
             self.out.line(format!("{EMPTY_MEMBER}: 0,"));
         }
-        ["}", "}", "}"].iter().for_each(|close| self.out.line(close));
+        for close in ["}", "}", "}"] {
+            self.out.line(close);
+        }
     }
 
     /// The type that tells the helpers a field's bounds.
@@ -275,6 +281,7 @@ impl Writer<'_> {
         let runtime = self.runtime;
         self.out
             .doc(["Calls `visitor` once for every message of these packages, parts of services and actions too."]);
+        self.out.line(ALLOWED);
         self.out.line(format!(
             "pub fn visit_messages<V: {runtime}::MessageVisitor>(visitor: &mut V) {{"
         ));

@@ -1,5 +1,10 @@
 //! What written types promise: defaults, constants, bounds, byte sequences, times, definitions, errors.
 
+#![allow(
+    clippy::float_cmp,
+    reason = "defaults and constants are the files' numbers, to the last bit"
+)]
+
 use std::collections::BTreeSet;
 use std::time::Duration as StdDuration;
 
@@ -12,7 +17,9 @@ use interfaces::sensor_msgs::msg::Image;
 use interfaces::std_srvs::srv::{Trigger, TriggerRequest};
 use interfaces::{Action, ByteSequence, Message, MessageVisitor, Service, cdr};
 
+use crate::grammar_msgs::action::{WalkGoal, WalkResult};
 use crate::grammar_msgs::msg::{Bounds, Constants, Defaults, Empty, Names};
+use crate::grammar_msgs::srv::{AskRequest, AskResponse};
 
 #[test]
 fn defaults_are_the_files() {
@@ -52,7 +59,7 @@ fn defaults_are_the_files() {
 
 #[test]
 fn constants_are_the_files() {
-    assert!(Constants::YES && !Constants::NO);
+    assert_eq!((Constants::YES, Constants::NO), (true, false));
     assert_eq!((Constants::RAW, Constants::LETTER, Constants::HIGH), (255, 65, 255));
     assert_eq!(
         (Constants::SINGLE, Constants::DOUBLE, Constants::TINY),
@@ -88,21 +95,30 @@ fn keywords_and_type_names_of_every_form_work() {
     let _: [&interfaces::std_msgs::msg::Header; 3] = [&names.header, &names.full_header, &names.fuller_header];
 }
 
-/// Says what was refused when `bounds` is written, and when it is read from bytes that another writer made.
-fn refusals(bounds: &Bounds) -> (String, String) {
-    let written = cdr::to_vec(bounds).unwrap_err().to_string();
-    // The same fields without bounds have the same bytes.
-    type Unbounded = (
-        String,
-        Vec<String>,
-        [String; 2],
-        Vec<String>,
-        Vec<i32>,
-        ByteSequence,
-        Vec<String>,
-        Vec<Empty>,
+/// The fields of `Bounds` without their bounds: the same bytes.
+type Unbounded = (
+    String,
+    Vec<String>,
+    [String; 2],
+    Vec<String>,
+    Vec<i32>,
+    ByteSequence,
+    Vec<String>,
+    Vec<Empty>,
+);
+
+/// Checks that `change` makes a message that can be neither written, nor read when another writer made it.
+fn assert_refused(change: impl FnOnce(&mut Bounds), expected: &str) {
+    let mut b = Bounds::default();
+    change(&mut b);
+    let expected = format!("grammar_msgs/msg/Bounds: field {expected}");
+
+    let written = cdr::to_vec(&b).unwrap_err().to_string();
+    assert!(
+        written.starts_with("cannot serialise") && written.ends_with(&expected),
+        "{written}"
     );
-    let b = bounds.clone();
+
     let unbounded: Unbounded = (
         b.text,
         b.texts,
@@ -115,104 +131,54 @@ fn refusals(bounds: &Bounds) -> (String, String) {
     );
     let bytes = [&cdr::LITTLE_ENDIAN_HEADER, cdr::to_body(&unbounded).unwrap().as_slice()].concat();
     let read = cdr::from_slice::<Bounds>(&bytes).unwrap_err().to_string();
-    (written, read)
+    assert!(
+        read.starts_with("cannot deserialise") && read.ends_with(&expected),
+        "{read}"
+    );
 }
 
 #[test]
-fn bounds_hold_both_ways_and_are_named() {
+fn bounded_text_is_refused_both_ways_by_name() {
     let long = || "abcde".to_owned();
+    assert_refused(|b| b.text = long(), "`text` has 5 bytes of text; allowed: at most 4");
+    assert_refused(
+        |b| b.text = "ééé".into(),
+        "`text` has 6 bytes of text; allowed: at most 4",
+    );
+    assert_refused(
+        |b| b.texts = vec![String::new(), long()],
+        "`texts` has 5 bytes of text; allowed: at most 4",
+    );
+    assert_refused(
+        |b| b.two_texts[1] = long(),
+        "`two_texts` has 5 bytes of text; allowed: at most 4",
+    );
+    assert_refused(
+        |b| b.few_texts = vec![long()],
+        "`few_texts` has 5 bytes of text; allowed: at most 4",
+    );
+}
+
+#[test]
+fn bounded_sequences_are_refused_both_ways_by_name() {
     let words = |count: usize| vec!["ab".to_owned(); count];
-    let cases = [
-        (
-            Bounds {
-                text: long(),
-                ..Bounds::default()
-            },
-            "`text` has 5 bytes of text; allowed: at most 4",
-        ),
-        (
-            Bounds {
-                text: "ééé".into(),
-                ..Bounds::default()
-            },
-            "`text` has 6 bytes of text; allowed: at most 4",
-        ),
-        (
-            Bounds {
-                texts: vec![long()],
-                ..Bounds::default()
-            },
-            "`texts` has 5 bytes of text; allowed: at most 4",
-        ),
-        (
-            Bounds {
-                two_texts: [String::new(), long()],
-                ..Bounds::default()
-            },
-            "`two_texts` has 5 bytes of text; allowed: at most 4",
-        ),
-        (
-            Bounds {
-                few_texts: words(4),
-                ..Bounds::default()
-            },
-            "`few_texts` has 4 elements; allowed: at most 3",
-        ),
-        (
-            Bounds {
-                few_texts: vec![long()],
-                ..Bounds::default()
-            },
-            "`few_texts` has 5 bytes of text; allowed: at most 4",
-        ),
-        (
-            Bounds {
-                numbers: vec![0; 4],
-                ..Bounds::default()
-            },
-            "`numbers` has 4 elements; allowed: at most 3",
-        ),
-        (
-            Bounds {
-                bytes: vec![0; 9].into(),
-                ..Bounds::default()
-            },
-            "`bytes` has 9 elements; allowed: at most 3",
-        ),
-        (
-            Bounds {
-                words: words(3),
-                ..Bounds::default()
-            },
-            "`words` has 3 elements; allowed: at most 2",
-        ),
-        (
-            Bounds {
-                empties: vec![Empty::default(); 3],
-                ..Bounds::default()
-            },
-            "`empties` has 3 elements; allowed: at most 2",
-        ),
-    ];
-    for (bounds, expected) in cases {
-        let (written, read) = refusals(&bounds);
-        let expected = format!("grammar_msgs/msg/Bounds: field {expected}");
-        assert!(
-            written.starts_with("cannot serialise") && written.ends_with(&expected),
-            "{written}"
-        );
-        assert!(
-            read.starts_with("cannot deserialise") && read.ends_with(&expected),
-            "{read}"
-        );
-    }
-    let full = Bounds {
-        text: "abcd".into(),
-        numbers: vec![1, 2, 3],
-        words: words(2),
-        ..Bounds::default()
-    };
-    assert_eq!(cdr::from_slice::<Bounds>(&cdr::to_vec(&full).unwrap()).unwrap(), full);
+    assert_refused(
+        |b| b.few_texts = words(4),
+        "`few_texts` has 4 elements; allowed: at most 3",
+    );
+    assert_refused(
+        |b| b.numbers = vec![0; 4],
+        "`numbers` has 4 elements; allowed: at most 3",
+    );
+    assert_refused(
+        |b| b.bytes = vec![0; 9].into(),
+        "`bytes` has 9 elements; allowed: at most 3",
+    );
+    assert_refused(|b| b.words = words(3), "`words` has 3 elements; allowed: at most 2");
+    assert_refused(
+        |b| b.empties = vec![Empty::default(); 3],
+        "`empties` has 3 elements; allowed: at most 2",
+    );
     let range = FloatingPointRange {
         from_value: 0.0,
         to_value: 1.0,
@@ -227,6 +193,39 @@ fn bounds_hold_both_ways_and_are_named() {
         refused.contains("`floating_point_range` has 2 elements; allowed: at most 1"),
         "{refused}"
     );
+}
+
+#[test]
+fn what_just_fits_its_bounds_is_kept() {
+    let words = || vec!["ab".to_owned(); 2];
+    let full = Bounds {
+        text: "abcd".into(),
+        two_texts: ["abcd".into(), String::new()],
+        numbers: vec![1, 2, 3],
+        words: words(),
+        few_texts: words(),
+        bytes: vec![1, 2, 3].into(),
+        ..Bounds::default()
+    };
+    assert_eq!(cdr::from_slice::<Bounds>(&cdr::to_vec(&full).unwrap()).unwrap(), full);
+}
+
+#[test]
+fn parts_of_services_and_actions_have_constants_and_defaults() {
+    assert_eq!((AskRequest::KIND_SHORT, WalkResult::STUCK), (1, -1));
+    assert_eq!(
+        (AskResponse::default().answer.as_str(), WalkGoal::default().speed),
+        ("none", 0.5)
+    );
+    let path = vec![interfaces::geometry_msgs::msg::Point::default(); 4];
+    let refused = cdr::to_vec(&WalkGoal {
+        path,
+        ..WalkGoal::default()
+    })
+    .unwrap_err()
+    .to_string();
+    let expected = "grammar_msgs/action/Walk_Goal: field `path` has 4 elements; allowed: at most 3";
+    assert!(refused.ends_with(expected), "{refused}");
 }
 
 #[test]

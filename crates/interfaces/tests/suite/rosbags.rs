@@ -1,6 +1,6 @@
 //! Byte-for-byte agreement with rosbags, an independent implementation of CDR and of the interface grammar.
 //!
-//! Needs a Python with the PyPI package rosbags: `RAKELIGHT_PYTHON`, or the one the set-up makes.
+//! Needs a Python with the package `rosbags`: `RAKELIGHT_PYTHON`, or the one the set-up makes.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -76,7 +76,9 @@ fn ask_rosbags(python: &Path, request: &Value) -> Value {
 }
 
 fn to_hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    bytes
+        .iter()
+        .fold(String::new(), |hex, byte| hex + &format!("{byte:02x}"))
 }
 
 fn from_hex(text: &Value) -> Vec<u8> {
@@ -160,6 +162,14 @@ fn assert_same(ours: &Value, theirs: &Value, place: &str) {
             assert!(
                 (ours - theirs).abs() <= 1e-15 * ours.abs(),
                 "{place}: {ours} and {theirs}"
+            );
+        }
+        // ROS's `byte` is an octet, 0 to 255 (rclpy agrees); rosbags shows it as a signed number.
+        (Value::Number(_), Value::Number(signed)) if signed.as_i64().is_some_and(|n| (-128..0).contains(&n)) => {
+            let signed = signed.as_i64().unwrap_or_default();
+            assert!(
+                ours.as_i64().is_some_and(|ours| ours == signed || ours == signed + 256),
+                "{place}: {ours}"
             );
         }
         _ => assert_eq!(ours, theirs, "{place}"),
