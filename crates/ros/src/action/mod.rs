@@ -49,10 +49,6 @@ pub use client::{ActionClient, GoalHandle};
 pub use goal::{GoalEvent, GoalId, GoalStatus};
 pub use server::{ActionServer, ActiveGoal, GoalOffer};
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
-use interfaces::builtin_interfaces::msg::Time;
-
 /// Names of an action's services and topics.
 struct Names {
     send_goal: String,
@@ -73,13 +69,4 @@ impl Names {
             status: below("status"),
         }
     }
-}
-
-/// The system's time; zero when it does not fit a ROS time (before 1970, after 2038).
-fn stamp_now() -> Time {
-    SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .ok()
-        .and_then(|since| Time::try_from(since).ok())
-        .unwrap_or_default()
 }

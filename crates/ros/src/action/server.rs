@@ -14,10 +14,11 @@ use tokio::time::{MissedTickBehavior, interval};
 use tokio_util::sync::{CancellationToken, DropGuard};
 use tokio_util::task::TaskTracker;
 
+use super::Names;
 use super::book::{Answer, GoalBook};
 use super::goal::{GoalEvent, GoalId, GoalStatus};
 use super::wire::{FeedbackMessage, GetResult, GetResultResponse, SendGoal, SendGoalResponse};
-use super::{Names, stamp_now};
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::node::Node;
 use crate::publisher::Publisher;
@@ -79,6 +80,7 @@ struct Core<A: Action> {
     /// The node's: answers under way are sent before it has shut down.
     tasks: TaskTracker,
     runtime: Handle,
+    clock: Clock,
 }
 
 impl<A: Action> ActionServer<A> {
@@ -91,6 +93,7 @@ impl<A: Action> ActionServer<A> {
             status: Mutex::new(node.publisher(&names.status, Qos::LATCHED)?),
             tasks: node.tasks().clone(),
             runtime: Handle::current(),
+            clock: node.clock().clone(),
         });
         let cancels = node.service_server::<CancelGoal>(&names.cancel_goal)?;
         let results = node.service_server::<GetResult<A>>(&names.get_result)?;
@@ -156,8 +159,8 @@ impl<A: Action> GoalOffer<A> {
     /// Takes the goal and begins it. When the client cannot be told, the goal is given up and the error returned.
     pub async fn accept(mut self) -> Result<ActiveGoal<A>, Error> {
         let goal = self.goal().clone();
-        let accepted_at = stamp_now();
         let core = &self.desk.core;
+        let accepted_at = core.clock.now();
         let begun = core.book.lock().begin(self.id, accepted_at);
         let cancel = begun.map_err(|reason| Error::GoalRefused {
             action: core.name.clone(),
@@ -216,7 +219,7 @@ impl<A: Action> ActiveGoal<A> {
         self.id
     }
 
-    /// When the goal was accepted, system time.
+    /// When the goal was accepted, by the node's clock.
     pub fn accepted_at(&self) -> Time {
         self.accepted_at
     }
