@@ -46,6 +46,9 @@
 //! Defaults and constants are `true`, `-3`, `1e-3`, `'text'`, `"text"`, bare text, or lists `[1, 2]`. In quoted text a
 //! backslash escapes the quote and itself. Bounds are checked when a message is serialised or deserialised.
 //!
+//! ROS's own tools take a little less: they end a value at a `#` even inside quotes, and know neither
+//! `package/msg/Name` nor a bare `Header`. Files that colcon must build, too, should not use these three.
+//!
 //! Comments become documentation: those above a declaration, behind it, and indented below it belong to it; the block
 //! at the head of a file that an empty line follows belongs to the message. Field names that Rust keeps for itself get
 //! a trailing `_`. A message without fields has ROS's one hidden byte.

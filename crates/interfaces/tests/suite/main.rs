@@ -1,6 +1,7 @@
 //! Tests of the written types, in one binary because every test instantiates every type.
 
 mod messages;
+mod package;
 mod random;
 mod rosbags;
 mod round_trip;
