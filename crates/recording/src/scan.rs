@@ -32,7 +32,7 @@ pub(crate) enum BlockKind {
 }
 
 /// Where one message's data lies.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Entry {
     pub(crate) log_time: u64,
     pub(crate) publish_time: u64,
