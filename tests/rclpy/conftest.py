@@ -38,6 +38,18 @@ def start(domain, programs):
 
 
 @pytest.fixture
+def probe(start, peer):
+    """`probe("--map-size", "1536")` is the probe node, `/cell/probe`, once everything of it is there."""
+
+    def probe(*arguments):
+        child = start("probe_node", *arguments)
+        peer.spin_until(lambda: "ready\n" in child.stdout(), "the probe")
+        return child
+
+    return probe
+
+
+@pytest.fixture
 def make_peer(domain, programs):
     """`make_peer(name="a")` is one more rclpy node, in a context of its own."""
     peers = []

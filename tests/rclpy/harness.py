@@ -83,6 +83,7 @@ class Program:
 
     def __init__(self, command, environment):
         self.name = pathlib.Path(command[0]).name
+        self.expected_to_end = False
         self._stdout, self._stderr = tempfile.TemporaryFile(), tempfile.TemporaryFile()
         self.process = subprocess.Popen(
             [str(word) for word in command],
@@ -106,7 +107,7 @@ class Program:
 
     def check_alive(self):
         code = self.process.poll()
-        if code is not None:
+        if code is not None and not self.expected_to_end:
             raise HarnessError(f"{self.name} ended with code {code} while the test needed it:\n{self.stderr()}")
 
     def wait(self, timeout=TIMEOUT):
@@ -118,10 +119,20 @@ class Program:
 
     def interrupt(self, timeout=TIMEOUT):
         """Ctrl-C, and its exit code."""
-        self.process.send_signal(signal.SIGINT)
+        return self._end(signal.SIGINT, timeout)
+
+    def terminate(self, timeout=TIMEOUT):
+        """A request to end, and its exit code."""
+        return self._end(signal.SIGTERM, timeout)
+
+    def _end(self, number, timeout):
+        self.expected_to_end = True
+        self.process.send_signal(number)
         return self.wait(timeout)
 
     def kill(self):
+        """No chance to say goodbye."""
+        self.expected_to_end = True
         self.process.kill()
         self.process.wait()
 
@@ -183,6 +194,19 @@ class Peer:
         self.spin_until(lambda: publisher.get_subscription_count() >= readers, f"{readers} readers of {topic}")
         return publisher
 
+    def publish_until(self, publisher, message, condition, what, timeout=TIMEOUT):
+        """Publishes until it has had an effect: a match is seen on one side before the other side knows of it."""
+        published = 0.0
+
+        def publish_and_ask():
+            nonlocal published
+            if time.monotonic() - published > 2.0:
+                publisher.publish(message)
+                published = time.monotonic()
+            return condition()
+
+        return self.spin_until(publish_and_ask, what, timeout)
+
     def call(self, kind, name, request, timeout=TIMEOUT):
         """The response of a service that must appear within the time too."""
         client = self.node.create_client(kind, name)
@@ -192,6 +216,9 @@ class Peer:
         return response
 
     def close(self):
+        """Leaves the graph; may be called again."""
+        if not self.context.ok():
+            return
         self._executor.shutdown(timeout_sec=5)
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
