@@ -14,8 +14,14 @@ pub const LITTLE_ENDIAN_HEADER: [u8; 4] = [0, 1, 0, 0];
 /// The longest message in bytes: lengths on the wire have 32 bits.
 pub const MAX_BYTES: usize = u32::MAX as usize;
 
-/// Writers may pad a message to a multiple of four bytes, so up to three may be left over.
-const MAX_PADDING: usize = 3;
+/// How many bytes behind a message of `used` bytes may be ignored.
+///
+/// Writers pad to a multiple of four. rclpy's `serialize_message`, and so every bag written with it, appends much more:
+/// it keeps the size that was estimated, which counts up to four bytes of alignment after the four-byte length of each
+/// empty sequence of 8-byte elements. That is never more than the message itself; what is longer held another type.
+fn allowed_left_over(used: usize) -> usize {
+    used.max(3)
+}
 
 /// Why a message could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -66,9 +72,7 @@ pub enum Error {
         found: u16,
     },
     /// Bytes are left over, so they held another type.
-    #[error(
-        "cannot deserialise {type_name}: {left_over} of {length} bytes are left over; allowed: at most {MAX_PADDING}"
-    )]
+    #[error("cannot deserialise {type_name}: {left_over} of {length} bytes are left over; allowed: at most {allowed}")]
     LeftOver {
         /// The message's full ROS name.
         type_name: &'static str,
@@ -76,6 +80,8 @@ pub enum Error {
         length: usize,
         /// How many were not used.
         left_over: usize,
+        /// How many may be unused.
+        allowed: usize,
     },
 }
 
@@ -149,11 +155,13 @@ fn read<T: DeserializeOwned>(body: &[u8], endianness: Endianness, type_name: &'s
         reason,
     })?;
     let left_over = length - used;
-    if left_over > MAX_PADDING {
+    let allowed = allowed_left_over(used);
+    if left_over > allowed {
         return Err(Error::LeftOver {
             type_name,
             length,
             left_over,
+            allowed,
         });
     }
     Ok(value)

@@ -15,6 +15,7 @@ use interfaces::rakelight_msgs::{action, msg, srv};
 use interfaces::rcl_interfaces::msg::{FloatingPointRange, ParameterDescriptor};
 use interfaces::sensor_msgs::msg::Image;
 use interfaces::std_srvs::srv::{Trigger, TriggerRequest};
+use interfaces::trajectory_msgs::msg::JointTrajectoryPoint;
 use interfaces::{Action, ByteSequence, Message, MessageVisitor, Service, cdr};
 
 use crate::grammar_msgs::action::{WalkGoal, WalkResult};
@@ -369,9 +370,22 @@ fn unreadable_bytes_are_named() {
     );
     check(&[0, 1, 0, 0, 9], " from 1 bytes: unexpected end of input");
     check(
-        &[0, 1, 0, 0, 9, 0, 0, 0, 9, 0, 0, 0, 1, 1, 1, 1],
-        ": 4 of 12 bytes are left over; allowed: at most 3",
+        &[&[0, 1, 0, 0], [7; 17].as_slice()].concat(),
+        ": 9 of 17 bytes are left over; allowed: at most 8",
     );
     let padded = [0, 1, 0, 0, 9, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0];
     assert_eq!(cdr::from_slice::<Time>(&padded).unwrap(), Time { sec: 9, nanosec: 9 });
+}
+
+#[test]
+fn the_tail_that_rclpy_appends_is_ignored() {
+    let point = JointTrajectoryPoint {
+        time_from_start: Duration { sec: 3, nanosec: 4 },
+        ..Default::default()
+    };
+    let mut bytes = cdr::to_vec(&point).unwrap();
+    assert_eq!(bytes.len(), 28);
+    // rclpy's serialize_message gives 44 bytes for this message; the last 16 are whatever lay in memory.
+    bytes.extend_from_slice(b"JointTrajectoryP");
+    assert_eq!(cdr::from_slice::<JointTrajectoryPoint>(&bytes).unwrap(), point);
 }
