@@ -1,6 +1,6 @@
 //! Running other programs.
 
-use std::ffi::OsString;
+use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, IsTerminal, Read, Write};
 use std::path::PathBuf;
 use std::process::{Command, ExitCode, ExitStatus, Stdio};
@@ -124,17 +124,15 @@ fn without_colours(text: &str) -> String {
     plain
 }
 
-/// A command as one would type it.
+/// A command as one would type it: cargo without the folder that rustup keeps it in.
 pub(crate) fn describe(command: &Command) -> String {
-    let words: Vec<OsString> = std::iter::once(command.get_program())
-        .chain(command.get_args())
-        .map(ToOwned::to_owned)
-        .collect();
-    words
-        .iter()
-        .map(|word| word.to_string_lossy())
-        .collect::<Vec<_>>()
-        .join(" ")
+    let program = if command.get_program() == cargo().get_program() {
+        "cargo".as_ref()
+    } else {
+        command.get_program()
+    };
+    let words = std::iter::once(program).chain(command.get_args());
+    words.map(OsStr::to_string_lossy).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]
