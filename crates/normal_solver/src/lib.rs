@@ -1,1 +1,43 @@
 //! The node that turns a capture's images into a normal map.
+//!
+//! It takes `<camera>/image_raw` with `<camera>/exposure` (which says what light was on), collects a capture until it is
+//! whole, solves it by least squares, and publishes `<camera>/normals` (`32FC3`, unit vectors in the base frame, NaN
+//! where there is no measurement) with `<camera>/normals/preview` for people. A capture that cannot be solved is named
+//! with the reason; nothing stale or partial is published.
+//!
+//! It is *not* the final solver: one direction per light, no shadow test, no depth. The maths is in `photometric`; this
+//! crate converts, calls and publishes.
+
+mod assembler;
+mod camera;
+mod convert;
+mod error;
+mod lights;
+mod parameters;
+
+pub use error::Error;
+
+use std::sync::Arc;
+
+use ros::Node;
+use ros::tf;
+
+use camera::CameraSolver;
+use parameters::Parameters;
+
+/// Name of the node in launch configs.
+pub const NAME: &str = "normal_solver";
+
+/// Serves every configured camera until the node is shut down.
+pub async fn run(node: Node) -> Result<(), Error> {
+    let parameters = Arc::new(Parameters::declare(&node)?);
+    let transforms = Arc::new(tf::Listener::new(&node)?);
+    let mut cameras = tokio::task::JoinSet::new();
+    for camera in parameters.cameras.get() {
+        let solver = CameraSolver::new(&node, &camera, Arc::clone(&parameters), Arc::clone(&transforms))?;
+        cameras.spawn(solver.run());
+    }
+    tracing::info!(cameras = ?parameters.cameras.get(), "ready");
+    cameras.join_all().await;
+    Ok(())
+}

@@ -1,3 +1,53 @@
 //! The rakelight command line.
 
-fn main() {}
+mod demo;
+mod failure;
+mod nodes;
+mod replay;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use ros::RosArguments;
+use tracing::level_filters::LevelFilter;
+
+use failure::Failure;
+
+#[derive(Parser)]
+#[command(name = "rakelight", version, about = "A robot cell that sees by shading", propagate_version = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Play a recorded capture through ROS, solve it and write its normal map as a picture.
+    Demo(demo::Arguments),
+    /// Publish a bag as if it were live.
+    Replay(replay::Arguments),
+    /// Run nodes in one process until Ctrl-C.
+    Node(nodes::Arguments),
+}
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    match run().await {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("rakelight: {failure:#}");
+            failure.exit_code()
+        }
+    }
+}
+
+async fn run() -> Result<(), Failure> {
+    let (own, ros_arguments) = RosArguments::split(std::env::args()).map_err(Failure::usage)?;
+    let arguments = Arguments::parse_from(own);
+    ros::logging::init(LevelFilter::INFO).map_err(Failure::usage)?;
+    match arguments.command {
+        Command::Demo(arguments) => demo::run(arguments).await,
+        Command::Replay(arguments) => replay::run(arguments, &ros_arguments).await,
+        Command::Node(arguments) => nodes::run(arguments, &ros_arguments).await,
+    }
+}

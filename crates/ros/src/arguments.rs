@@ -37,7 +37,11 @@ impl RosArguments {
             if flag == "--" {
                 break;
             }
-            let refused = || Error::Setting { setting: "--ros-args", found: flag.clone(), allowed: ALLOWED };
+            let refused = || Error::Setting {
+                setting: "--ros-args",
+                found: flag.clone(),
+                allowed: ALLOWED,
+            };
             let mut value = || arguments.next().ok_or_else(refused);
             match flag.as_str() {
                 "-r" | "--remap" => self.remaps.push(value()?.parse()?),
@@ -53,13 +57,20 @@ impl RosArguments {
     #[must_use]
     pub fn apply_to(&self, options: NodeOptions) -> NodeOptions {
         let options = self.remaps.iter().cloned().fold(options, NodeOptions::remap);
-        self.parameters.iter().cloned().fold(options, NodeOptions::parameters_from)
+        self.parameters
+            .iter()
+            .cloned()
+            .fold(options, NodeOptions::parameters_from)
     }
 }
 
 /// `[node:]name:=value`, the value in YAML, as a parameter file of one line.
 fn one_parameter(rule: &str) -> Result<ParameterFile, Error> {
-    let refused = || Error::Setting { setting: "--param", found: rule.to_owned(), allowed: "[node:]name:=value" };
+    let refused = || Error::Setting {
+        setting: "--param",
+        found: rule.to_owned(),
+        allowed: "[node:]name:=value",
+    };
     let (left, value) = rule.split_once(":=").ok_or_else(refused)?;
     let (node, name) = left.split_once(':').unwrap_or(("/**", left));
     if node.is_empty() || name.is_empty() {
@@ -88,7 +99,11 @@ mod tests {
 
     #[test]
     fn what_means_nothing_is_refused() {
-        for (line, part) in [("--ros-args -x", "-x"), ("--ros-args -r", "-r"), ("--ros-args -p rate", "rate")] {
+        for (line, part) in [
+            ("--ros-args -x", "-x"),
+            ("--ros-args -r", "-r"),
+            ("--ros-args -p rate", "rate"),
+        ] {
             let error = split(line).unwrap_err().to_string();
             assert!(error.contains(part) && error.contains("allowed"), "{line}: {error}");
         }

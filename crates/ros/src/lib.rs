@@ -11,6 +11,8 @@
 //!   while a reader outside the process is matched. The API is the same.
 //! - **Named QoS** ([`Qos::MAP`], [`Qos::IMAGE`], ...), checked for compatibility.
 //! - **Services and actions that lose nothing**: one dispatcher per client, time-outs everywhere.
+//! - **What ROS clients expect of any node**: [`parameters`] with ranges and units, [`clock`] (`use_sim_time`), [`tf`],
+//!   [`diagnostics`], and [`logging`] on `/rosout`.
 //!
 //! It is *not* a general client library: it has what the cell's nodes use.
 //!

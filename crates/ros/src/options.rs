@@ -82,6 +82,12 @@ impl NodeOptions {
         self
     }
 
+    /// Gives a parameter its start value; it holds over what was given before.
+    #[must_use]
+    pub fn parameter(self, name: &str, value: impl Into<ParameterValue>) -> Self {
+        self.parameter_overrides(BTreeMap::from([(name.to_owned(), value.into())]))
+    }
+
     /// Gives parameters their start values; these hold over what was given before.
     #[must_use]
     pub fn parameter_overrides(mut self, values: BTreeMap<String, ParameterValue>) -> Self {

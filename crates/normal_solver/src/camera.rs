@@ -1,0 +1,133 @@
+//! One camera's share of the node.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use geometry::RigidTransform;
+use interfaces::builtin_interfaces::msg::Time;
+use interfaces::rakelight_msgs::msg::Exposure;
+use interfaces::sensor_msgs::msg::{CompressedImage, Image};
+use photometric::{LeastSquaresOptions, NormalMapResult, PixelCounts, least_squares_normals};
+use ros::{Node, Publisher, Qos, Subscription, tf};
+
+use crate::assembler::{Assembler, Capture};
+use crate::convert;
+use crate::error::Error;
+use crate::lights::lights_in_base;
+use crate::parameters::Parameters;
+
+/// How long a transform may come after the images that need it.
+const TRANSFORM_PATIENCE: Duration = Duration::from_secs(1);
+
+pub(crate) struct CameraSolver {
+    camera: String,
+    parameters: Arc<Parameters>,
+    transforms: Arc<tf::Listener>,
+    images: Subscription<Image>,
+    exposures: Subscription<Exposure>,
+    normals: Publisher<Image>,
+    preview: Publisher<CompressedImage>,
+    assembler: Assembler,
+}
+
+impl CameraSolver {
+    pub(crate) fn new(
+        node: &Node,
+        camera: &str,
+        parameters: Arc<Parameters>,
+        transforms: Arc<tf::Listener>,
+    ) -> Result<Self, Error> {
+        Ok(Self {
+            camera: camera.to_owned(),
+            parameters,
+            transforms,
+            images: node.subscription(&format!("{camera}/image_raw"), Qos::IMAGE)?,
+            exposures: node.subscription(&format!("{camera}/exposure"), Qos::STREAM)?,
+            normals: node.publisher(&format!("{camera}/normals"), Qos::MAP)?,
+            preview: node.publisher(&format!("{camera}/normals/preview"), Qos::MAP)?,
+            assembler: Assembler::default(),
+        })
+    }
+
+    /// Solves captures until the node is shut down.
+    pub(crate) async fn run(mut self) {
+        loop {
+            let patience = Duration::from_secs_f64(self.parameters.capture_timeout.get());
+            let void = tokio::select! {
+                image = self.images.next() => match image {
+                    Some(image) => {
+                        self.take_image(image.message);
+                        None
+                    }
+                    None => return,
+                },
+                exposure = self.exposures.next() => match exposure {
+                    Some(exposure) => self.assembler.add_exposure(exposure.message),
+                    None => return,
+                },
+                () = tokio::time::sleep(patience) => self.assembler.give_up("nothing more came"),
+            };
+            if let Some(void) = void {
+                tracing::warn!(camera = self.camera, "{void}");
+            }
+            if let Some(capture) = self.assembler.take_whole() {
+                let id = capture.id.clone();
+                if let Err(error) = self.solve(capture).await {
+                    tracing::error!(camera = self.camera, capture_id = id, %error, "not solved");
+                }
+            }
+        }
+    }
+
+    fn take_image(&mut self, image: Arc<Image>) {
+        let given_up = self.assembler.add_image(image);
+        if given_up > 0 {
+            tracing::warn!(camera = self.camera, given_up, "images that no exposure names were given up");
+        }
+    }
+
+    async fn solve(&self, capture: Capture) -> Result<(), Error> {
+        let started = Instant::now();
+        let (id, frames) = (capture.id.clone(), capture.frames.len());
+        let Some(header) = capture.frames.first().map(|frame| frame.image.header.clone()) else { return Ok(()) };
+        let base_from_lights = self.base_from_lights(header.stamp).await?;
+        let parameters = Arc::clone(&self.parameters);
+        let solved = tokio::task::spawn_blocking(move || solve(&capture, &parameters, &base_from_lights)).await;
+        let result = solved.expect("the solver does not panic")?;
+        report(&self.camera, &id, frames, result.counts, started.elapsed());
+        if self.preview.subscription_count() > 0 {
+            self.preview.publish(convert::preview(header.clone(), &result.normals)?)?;
+        }
+        self.normals.publish(convert::normal_message(header, result.normals))?;
+        Ok(())
+    }
+
+    /// Where the frame of the light directions stands, at the time of the capture.
+    async fn base_from_lights(&self, stamp: Time) -> Result<RigidTransform, Error> {
+        let (base, lights) = (self.parameters.base_frame_id.get(), self.parameters.light_frame_id.get());
+        if base == lights {
+            return Ok(RigidTransform::identity());
+        }
+        Ok(self.transforms.wait_for(&base, &lights, stamp.to_nanos(), TRANSFORM_PATIENCE).await?)
+    }
+}
+
+fn solve(
+    capture: &Capture,
+    parameters: &Parameters,
+    base_from_lights: &RigidTransform,
+) -> Result<NormalMapResult, Error> {
+    let lights =
+        lights_in_base(&parameters.light_directions.get(), &parameters.light_intensities.get(), base_from_lights)?;
+    // The parameter's range is that of a u16.
+    let stack = convert::exposure_stack(capture, &lights, parameters.saturation.get() as u16)?;
+    let minimum_signal = parameters.minimum_signal.get() as f32;
+    let options = LeastSquaresOptions { minimum_signal, ..LeastSquaresOptions::default() };
+    Ok(least_squares_normals(&stack, &lights, &options)?)
+}
+
+fn report(camera: &str, capture_id: &str, images: usize, counts: PixelCounts, took: Duration) {
+    let PixelCounts { solved, too_dark, too_few_lights, saturated } = counts;
+    let took_ms = took.as_millis();
+    tracing::info!(camera, capture_id, images, solved, too_dark, too_few_lights, saturated, took_ms, "solved");
+}

@@ -1,0 +1,41 @@
+//! Why a capture was not solved, or the node not started.
+
+/// Every failure of this node, by cause.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The ROS layer.
+    #[error(transparent)]
+    Ros(#[from] ros::Error),
+    /// A parameter has no meaning here.
+    #[error(transparent)]
+    Parameter(#[from] ros::parameters::ParameterError),
+    /// Lists that describe the lights do not fit together.
+    #[error(
+        "lights.directions holds {directions} numbers and lights.intensities {intensities}; \
+         allowed: three numbers and one intensity per light, for 3 to 255 lights"
+    )]
+    LightLists {
+        /// Length of `lights.directions`.
+        directions: usize,
+        /// Length of `lights.intensities`.
+        intensities: usize,
+    },
+    /// The light directions' frame is not connected to the base frame.
+    #[error("the lights are given in a frame that cannot be placed: {0}")]
+    LightFrame(#[from] ros::tf::TfError),
+    /// An image has an encoding that carries no linear brightness.
+    #[error("image {index} of the capture is encoded as {found:?}; allowed: mono16")]
+    Encoding {
+        /// Position in the sequence.
+        index: u8,
+        /// What the image says.
+        found: String,
+    },
+    /// The images do not make an exposure stack.
+    #[error(transparent)]
+    Images(#[from] imaging::ImagingError),
+    /// The lights or the images do not determine normals.
+    #[error(transparent)]
+    Photometric(#[from] photometric::PhotometricError),
+}

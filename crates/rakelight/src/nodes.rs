@@ -1,0 +1,94 @@
+//! `rakelight node NAME...`: nodes in one process, until Ctrl-C.
+
+use std::path::PathBuf;
+
+use anyhow::anyhow;
+use clap::Args;
+use ros::{LaunchConfig, Node, NodeOptions, RosArguments};
+use tokio::task::JoinSet;
+
+use crate::failure::Failure;
+
+/// The nodes that this binary has.
+const NODES: [&str; 2] = [bag_player::NAME, normal_solver::NAME];
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Nodes to run.
+    #[arg(required = true, value_parser = clap::builder::PossibleValuesParser::new(NODES))]
+    names: Vec<String>,
+    /// Launch config with the nodes' parameters.
+    #[arg(long)]
+    config: Option<PathBuf>,
+    /// Namespace of the nodes, unless the config gives one.
+    #[arg(long, default_value = "/cell")]
+    namespace: String,
+}
+
+pub(crate) async fn run(arguments: Arguments, ros_arguments: &RosArguments) -> Result<(), Failure> {
+    let config = arguments.config.map(LaunchConfig::read).transpose().map_err(Failure::usage)?;
+    let options = |name: &str| {
+        let options = match &config {
+            Some(config) => config.node_options(name),
+            None => NodeOptions::new(name).namespace(&arguments.namespace),
+        };
+        ros_arguments.apply_to(options)
+    };
+    let mut running = Running::default();
+    for name in &arguments.names {
+        running.start(name, options(name)).await?;
+    }
+    tokio::select! {
+        outcome = running.first_to_end() => outcome?,
+        _ = tokio::signal::ctrl_c() => eprintln!("rakelight: stopping"),
+    }
+    running.stop().await;
+    Ok(())
+}
+
+/// Nodes of this process.
+#[derive(Default)]
+pub(crate) struct Running {
+    nodes: Vec<Node>,
+    tasks: JoinSet<anyhow::Result<()>>,
+}
+
+impl Running {
+    /// Starts a node by its name in launch configs.
+    pub(crate) async fn start(&mut self, name: &str, options: NodeOptions) -> Result<Node, Failure> {
+        let node = Node::start(options).await.map_err(Failure::usage)?;
+        self.nodes.push(node.clone());
+        let served = node.clone();
+        match name {
+            normal_solver::NAME => self.tasks.spawn(async { Ok(normal_solver::run(served).await?) }),
+            bag_player::NAME => self.tasks.spawn(async {
+                bag_player::run(served).await?;
+                Ok(())
+            }),
+            _ => return Err(Failure::usage(anyhow!("no node {name:?}; known: {}", NODES.join(", ")))),
+        };
+        Ok(node)
+    }
+
+    /// Waits until a node ends by itself, or fails.
+    pub(crate) async fn first_to_end(&mut self) -> Result<(), Failure> {
+        match self.tasks.join_next().await {
+            None => Ok(()),
+            Some(ended) => Ok(ended??),
+        }
+    }
+
+    /// Shuts every node down.
+    pub(crate) async fn stop(mut self) {
+        for node in self.nodes.drain(..) {
+            node.shutdown().await;
+        }
+        while let Some(ended) = self.tasks.join_next().await {
+            match ended {
+                Ok(Ok(())) => {}
+                Ok(Err(error)) => tracing::warn!(%error, "a node ended with an error while stopping"),
+                Err(error) => tracing::error!(%error, "a node panicked"),
+            }
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! The figures, for people and as JSON.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// What the benchmark found. The keys are its contract.
+#[derive(Serialize)]
+pub(crate) struct Report {
+    /// Every pairing and size.
+    pub(crate) pairs: Vec<Pair>,
+    /// Median time to serialise a 28 MB map, milliseconds.
+    pub(crate) serialize_28mb_ms: f64,
+    /// Median time from `publish` to the subscriber in the same process, 28 MB, microseconds.
+    pub(crate) handover_us: f64,
+    /// Whether the subscriber in the same process got the publisher's own memory.
+    pub(crate) handover_shares_memory: bool,
+    /// Highest resident memory of a process that publishes 28 MB maps at 1 Hz, megabytes.
+    pub(crate) rss_mb: f64,
+    /// Processor share of an idle node, per cent of one core.
+    pub(crate) idle_cpu_percent: f64,
+    /// What was left out, and why.
+    pub(crate) left_out: Vec<String>,
+}
+
+/// One pairing at one size.
+#[derive(Serialize)]
+pub(crate) struct Pair {
+    pub(crate) from: String,
+    pub(crate) to: String,
+    pub(crate) bytes: usize,
+    pub(crate) sent: usize,
+    pub(crate) delivered: usize,
+    pub(crate) median_ms: Option<f64>,
+    pub(crate) p99_ms: Option<f64>,
+}
+
+impl Report {
+    /// Whether every message of every pairing arrived.
+    pub(crate) fn complete(&self) -> bool {
+        self.pairs.iter().all(|pair| pair.sent > 0 && pair.delivered == pair.sent)
+    }
+
+    /// Median of Rust to rclpy over median of rclpy to rclpy.
+    fn ratio(&self, bytes: usize) -> Option<f64> {
+        let median = |from: &str| {
+            let pair = self.pairs.iter().find(|p| p.from == from && p.to == "rclpy" && p.bytes == bytes)?;
+            pair.median_ms
+        };
+        Some(median("rust")? / median("rclpy")?)
+    }
+}
+
+/// The value below which `share` of the sorted values lie (nearest rank).
+pub(crate) fn quantile(values: &[f64], share: f64) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let rank = (share * sorted.len() as f64).ceil() as usize;
+    sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied()
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{:>15} -> {:<15} {:>11} {:>10} {:>10} {:>9}", "from", "to", "bytes", "delivered", "median ms", "p99 ms")?;
+        for pair in &self.pairs {
+            let delivered = format!("{}/{}", pair.delivered, pair.sent);
+            let (median, p99) = (pair.median_ms.unwrap_or(f64::NAN), pair.p99_ms.unwrap_or(f64::NAN));
+            writeln!(f, "{:>15} -> {:<15} {:>11} {delivered:>10} {median:>10.1} {p99:>9.1}", pair.from, pair.to, pair.bytes)?;
+        }
+        for bytes in crate::run::SIZES {
+            if let Some(ratio) = self.ratio(bytes) {
+                writeln!(f, "{bytes} bytes: rust to rclpy takes {ratio:.2} of rclpy to rclpy")?;
+            }
+        }
+        writeln!(f, "serialising 28 MB: {:.1} ms", self.serialize_28mb_ms)?;
+        let memory = if self.handover_shares_memory { "the same memory" } else { "A COPY" };
+        writeln!(f, "hand-over in the process: {:.1} us, {memory}", self.handover_us)?;
+        writeln!(f, "publisher of 28 MB at 1 Hz: {:.0} MB resident at most", self.rss_mb)?;
+        writeln!(f, "idle node: {:.2} % of a core", self.idle_cpu_percent)?;
+        self.left_out.iter().try_for_each(|reason| writeln!(f, "left out: {reason}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quantile;
+
+    #[test]
+    fn quantiles_are_nearest_ranks() {
+        let values = [4.0, 1.0, 3.0, 2.0];
+        assert_eq!(quantile(&values, 0.5), Some(2.0));
+        assert_eq!(quantile(&values, 0.99), Some(4.0));
+        assert_eq!(quantile(&[], 0.5), None);
+    }
+}
