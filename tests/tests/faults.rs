@@ -40,12 +40,12 @@ async fn an_unreadable_message_is_skipped_counted_and_told() {
     })
     .unwrap();
     bad.publish(NoImage::default()).unwrap();
-    logs_of_skips(logs, &mut images, &good).await;
+    read_until_both_are_met(logs, &mut images, &good).await;
     assert_eq!(images.unreadable(), 2);
 }
 
-/// Reads on until both bad messages were met; each good one in between must come through.
-async fn logs_of_skips(logs: &Logs, images: &mut ros::Subscription<Image>, good: &ros::Publisher<Image>) {
+/// Reads on until both bad messages were met and told of; each good one in between must come through.
+async fn read_until_both_are_met(logs: &Logs, images: &mut ros::Subscription<Image>, good: &ros::Publisher<Image>) {
     let mut sent = 0;
     while images.unreadable() < 2 {
         assert!(sent < 1000, "the bad messages never came");
@@ -66,9 +66,8 @@ async fn logs_of_skips(logs: &Logs, images: &mut ros::Subscription<Image>, good:
 
 /// Packets of noise; every second one begins as an RTPS message, and every fourth has a plausible submessage header.
 fn garbage(random: &mut fastrand::Rng) -> Vec<u8> {
-    let mut packet: Vec<u8> = std::iter::repeat_with(|| random.u8(..))
-        .take(random.usize(0..1400))
-        .collect();
+    let length = random.usize(0..1400);
+    let mut packet: Vec<u8> = std::iter::repeat_with(|| random.u8(..)).take(length).collect();
     if random.bool() && packet.len() >= 24 {
         packet[..8].copy_from_slice(b"RTPS\x02\x03\x01\x10");
         if random.bool() {

@@ -17,11 +17,13 @@ mod parameters;
 mod services;
 mod topics;
 
-use std::time::Duration;
+use std::future::pending;
+use std::io;
 
 use clap::Parser;
 use ros::{Node, NodeOptions, logging};
-use tokio::io::AsyncReadExt;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::oneshot;
 use tracing::level_filters::LevelFilter;
 
 /// Options of the probe.
@@ -112,27 +114,32 @@ async fn run(node: &Node, options: &Options) -> anyhow::Result<()> {
 /// Ctrl-C, a request to terminate, or the end of standard input.
 async fn told_to_end(with_stdin: bool) {
     let terminated = async {
-        match tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate()) {
+        match signal(SignalKind::terminate()) {
             Ok(mut signal) => drop(signal.recv().await),
-            Err(_) => std::future::pending().await,
+            Err(_) => pending().await,
         }
     };
     let stdin_ended = async {
-        if !with_stdin {
-            std::future::pending::<()>().await;
+        if with_stdin {
+            end_of_stdin().await;
+        } else {
+            pending::<()>().await;
         }
-        let mut nothing = Vec::new();
-        // An error ends it as well.
-        let _ = tokio::io::stdin().read_to_end(&mut nothing).await;
     };
     tokio::select! {
         _ = tokio::signal::ctrl_c() => {}
         () = terminated => {}
         () = stdin_ended => {}
     }
-    // A thread that waits for standard input would hold up the runtime's end for ever.
-    tokio::spawn(async {
-        tokio::time::sleep(Duration::from_secs(5)).await;
-        std::process::exit(0);
+}
+
+/// Read in a thread of its own: one of the runtime's would hold up the runtime's end.
+async fn end_of_stdin() {
+    let (ended, wait) = oneshot::channel();
+    std::thread::spawn(move || {
+        // An error ends it as well.
+        let _ = io::copy(&mut io::stdin(), &mut io::sink());
+        let _ = ended.send(());
     });
+    let _ = wait.await;
 }
