@@ -181,6 +181,10 @@ impl<S: Subscriber + for<'a> LookupSpan<'a>> Layer<S> for RosoutLayer {
         let outlets = OUTLETS.read();
         let own = outlets.iter().find(|outlet| Some(&outlet.node) == node.as_ref());
         if let Some(outlet) = own.or(outlets.first()) {
+            if let (None, Some(node)) = (own, node) {
+                // It belongs to nobody here, so who it speaks of must stand in it.
+                let _ = write!(fields.others, " node={node}");
+            }
             outlet.put(fields.into_log(event.metadata(), outlet, own.is_some()));
         }
     }
@@ -302,11 +306,12 @@ mod tests {
 
     #[test]
     fn records_of_nobody_go_out_under_their_module() {
-        let (records, _) = logged("/cell/solver", 10, || tracing::error!("lost"));
+        let (records, _) = logged("/cell/solver", 10, || tracing::error!(node = "arm", "lost"));
         assert_eq!(
             (records[0].name.as_str(), records[0].level),
             ("ros.rosout.tests", Log::ERROR)
         );
+        assert_eq!(records[0].msg, "lost node=arm");
     }
 
     #[test]

@@ -112,7 +112,7 @@ impl Reader<'_> {
     fn nodes(&mut self, nodes: &Mapping, namespace: &str) -> Result<(), ParameterError> {
         for (key, value) in nodes {
             let name = self.enter(key, "the name of a node")?;
-            if !(namespace.is_empty() && name == "cell" && !is_section(value)) {
+            if !(namespace.is_empty() && name == "cell" && is_cell_block(value)) {
                 self.node(value, join(namespace, &name))?;
             }
             self.path.pop();
@@ -162,13 +162,11 @@ impl Reader<'_> {
             } else {
                 let value = yaml::parameter_value(value)
                     .map_err(|found| self.form(&format!("{name} is {found}"), yaml::ALLOWED_VALUES))?;
-                into.insert(
-                    name,
-                    Override {
-                        value,
-                        origin: self.origin(),
-                    },
-                );
+                let origin = self.origin();
+                if into.contains_key(&name) {
+                    return Err(self.form(&format!("{name} is set for the second time"), "every parameter once"));
+                }
+                into.insert(name, Override { value, origin });
             }
             self.path.pop();
         }
@@ -201,9 +199,11 @@ impl Reader<'_> {
     }
 }
 
-/// A node may be called `cell` too: then its block has parameters.
-fn is_section(value: &Value) -> bool {
-    value.get(PARAMETERS).is_some()
+/// A node or a namespace may be called `cell` too: then there are parameters or nodes below it.
+fn is_cell_block(value: &Value) -> bool {
+    value
+        .get("processes")
+        .is_some_and(|processes| processes.get(PARAMETERS).is_none())
 }
 
 fn describe(value: &Value) -> String {
@@ -257,7 +257,7 @@ mod tests {
     use super::*;
 
     const TEXT: &str = "\
-cell: {namespace: /cell}
+cell: {processes: {vision: [normal_solver]}}
 /cell/normal_solver:
   ros__parameters:
     lights: {count: 7}
@@ -314,6 +314,15 @@ line2:
     }
 
     #[test]
+    fn a_namespace_called_cell_is_no_cell_block() {
+        let text = "cell:\n  solver:\n    ros__parameters: {x: 1}\n";
+        let overrides = ParameterFile::parse(text, "sim.yaml")
+            .unwrap()
+            .overrides_for("/cell/solver");
+        assert_eq!(value(&overrides, "x"), ("1".into(), Some(3)));
+    }
+
+    #[test]
     fn sections_for_absent_nodes_are_strays() {
         let file = ParameterFile::parse(TEXT, "sim.yaml").unwrap();
         let nodes = ["/cell/normal_solver".to_owned()];
@@ -350,6 +359,10 @@ line2:
                 "sim.yaml:1: key 1 (integer); allowed: the name of a node",
             ),
             ("a:\n  x: 1\n  x: 2\n", "sim.yaml:2: a: duplicate entry"),
+            (
+                "a:\n  ros__parameters:\n    x: {y: 1}\n    x.y: 2\n",
+                "sim.yaml:4: x.y is set for the second time; allowed: every parameter once",
+            ),
             ("a: [1\n", "sim.yaml:2: did not find"),
         ] {
             let error = ParameterFile::parse(text, "sim.yaml").unwrap_err().to_string();

@@ -136,7 +136,7 @@ impl<T: ParameterKind> ParameterHandle<T> {
         self.value.borrow().clone()
     }
 
-    /// Waits until the parameter is set again and gives its value. Cancel safe.
+    /// Waits until the parameter has another value than before and gives that. Cancel safe.
     pub async fn changed(&mut self) -> T {
         // The sender lives in the store, which this handle keeps alive.
         let _ = self.value.changed().await;

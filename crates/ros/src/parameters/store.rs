@@ -57,7 +57,11 @@ impl ParameterStore {
         let value = self.start_value(&declaration)?;
         let typed = T::from_value(&value).ok_or_else(|| contradicts(format!("its value {value} has another type")))?;
         let (sender, receiver) = watch::channel(typed);
-        let tell = move |value: &ParameterValue| drop(T::from_value(value).map(|value| sender.send_replace(value)));
+        let tell = move |value: &ParameterValue| {
+            if let Some(value) = T::from_value(value) {
+                sender.send_if_modified(|held| std::mem::replace(held, value.clone()) != value);
+            }
+        };
         let change = Change {
             name: name.clone(),
             value: value.clone(),

@@ -25,11 +25,11 @@ pub struct Listener {
 impl Listener {
     /// A listener of this node, with a buffer that keeps ten seconds.
     pub fn new(node: &Node) -> Result<Self, Error> {
-        Self::into_buffer(node, Buffer::default())
+        Self::filling(node, Buffer::default())
     }
 
     /// Fills a buffer that is there already.
-    pub fn into_buffer(node: &Node, buffer: Buffer) -> Result<Self, Error> {
+    pub fn filling(node: &Node, buffer: Buffer) -> Result<Self, Error> {
         let stop = node.stop_token();
         let moving = node.subscription("/tf", Qos::STREAM)?;
         let fixed = node.subscription("/tf_static", Qos::TF_STATIC)?;
