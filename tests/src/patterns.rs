@@ -35,9 +35,7 @@ pub fn normal_map(size: u32, stamp: Time) -> Image {
             let (x, y) = (coordinate(column), coordinate(row));
             let z = (1.0 - x * x - y * y).sqrt();
             let normal = if z.is_nan() { [f32::NAN; 3] } else { [x, y, z] };
-            normal
-                .iter()
-                .for_each(|value| data.extend_from_slice(&value.to_le_bytes()));
+            data.extend(normal.iter().flat_map(|value| value.to_le_bytes()));
         }
     }
     square(size, "32FC3", 12, data.into(), stamp)

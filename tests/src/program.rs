@@ -89,6 +89,10 @@ impl Program {
     }
 
     /// Its exit status, if it has ended.
+    ///
+    /// # Panics
+    ///
+    /// When the system does not tell.
     pub fn has_ended(&mut self) -> Option<ExitStatus> {
         self.child.try_wait().expect("a child's state can be asked for")
     }

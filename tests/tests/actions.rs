@@ -157,6 +157,18 @@ async fn a_server_killed_in_mid_goal_times_out() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_server_restarted_in_mid_goal_does_not_know_the_goal() {
+    let domain = Domain::claim();
+    let mut killed = probe(&domain, "20");
+    let (_node, client) = client_of_probe(&domain).await;
+    let handle = client.send_goal(goal("hang"), TIMEOUT).await.unwrap();
+    killed.kill();
+    let _restarted = probe(&domain, "20");
+    let error = handle.result(TIMEOUT).await.unwrap_err();
+    assert!(matches!(&error, Error::GoalForgotten { .. }), "{error:?}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_server_that_leaves_in_mid_goal_is_told_at_once() {
     let domain = Domain::claim();
     let mut probe = probe(&domain, "20");

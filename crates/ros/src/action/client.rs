@@ -25,7 +25,7 @@ use crate::service::ServiceClient;
 
 /// How long one request for the result waits before it is sent again: an answer may have been lost, and a server that
 /// was restarted does not know the goal.
-const RESULT_PATIENCE: Duration = Duration::from_secs(10);
+const RESULT_PATIENCE: Duration = Duration::from_secs(5);
 /// How long to wait before a request that could not be sent is sent again.
 const RETRY_AFTER: Duration = Duration::from_millis(50);
 /// How long the last feedback may come behind the result; they travel by different topics.

@@ -18,7 +18,7 @@ use crate::Options;
 
 pub(crate) async fn serve(mut server: ActionServer<PickCycle>, options: &Options) -> anyhow::Result<()> {
     while let Some(offer) = server.next().await {
-        if options.reject || offer.goal().target == "reject" {
+        if offer.goal().target == "reject" {
             offer.reject().await?;
             continue;
         }

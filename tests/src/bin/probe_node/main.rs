@@ -6,7 +6,7 @@
 //! | `c1/image_raw`, `c1/normals`, `c1/camera_info` | published at `--rate`; see `scenarios::patterns` for the pixels |
 //! | `echo/in`, `echo/out` | every image on the first is published on the second |
 //! | `~/status` (Trigger) | says how many messages were published |
-//! | `~/publish` (SetBool) | publishing off and on |
+//! | `~/publish` (`SetBool`) | publishing off and on |
 //! | `~/slow` (Trigger) | answers after `--slow-secs` |
 //! | `pick_cycle` (action) | feedback for every step; see `goals` |
 //!
@@ -62,9 +62,6 @@ pub(crate) struct Options {
     /// Milliseconds between them.
     #[arg(long, default_value_t = 100)]
     step_millis: u64,
-    /// Reject every goal.
-    #[arg(long)]
-    reject: bool,
     /// Seconds until `~/slow` answers.
     #[arg(long, default_value_t = 600.0)]
     slow_secs: f64,
