@@ -26,7 +26,7 @@ pub(super) fn missing(repository: &Repository) -> Result<Option<String>> {
         return Ok(Some("not built yet".into()));
     }
     let complete = fingerprint(repository)?.matches(&repository.ros_install());
-    Ok((!complete).then(|| "a message or the Python environment has changed".into()))
+    Ok((!complete).then(|| "incomplete, or a message or the Python environment has changed".into()))
 }
 
 fn fingerprint(repository: &Repository) -> Result<Fingerprint> {

@@ -34,7 +34,7 @@ pub(super) fn missing(repository: &Repository) -> Result<Option<String>> {
         return Ok(Some("not made yet".into()));
     }
     let complete = fingerprint(repository)?.matches(&repository.venv());
-    Ok((!complete).then(|| "its pinned packages or its place have changed".into()))
+    Ok((!complete).then(|| "incomplete, or its pinned packages or its place have changed".into()))
 }
 
 /// Changes with the requirements and with the folder's place, which the scripts inside have written into them.
