@@ -6,6 +6,7 @@ use std::time::Duration;
 use interfaces::{Action, Message, Service};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
+use tracing::Instrument;
 
 use crate::action::{ActionClient, ActionServer};
 use crate::clock::Clock;
@@ -61,8 +62,8 @@ impl Node {
             stop: CancellationToken::new(),
             tasks: TaskTracker::new(),
         };
-        inner.tasks.spawn(Arc::clone(&inner.graph).watch(inner.stop.clone()));
         let node = Self { inner: Arc::new(inner) };
+        node.spawn(Arc::clone(node.graph()).watch(node.stop_token()));
         standard_interfaces::serve(&node, changes)?;
         Ok(node)
     }
@@ -161,7 +162,13 @@ impl Node {
 
     /// A span that makes what is logged within it the node's on `/rosout`; for `tracing::Instrument::instrument`.
     pub fn span(&self) -> tracing::Span {
-        tracing::info_span!("node", node = self.fully_qualified_name())
+        // A span of a lower level would be missing where only errors are logged, and with it the name.
+        tracing::error_span!("node", node = self.fully_qualified_name())
+    }
+
+    /// Runs a task of the node. [`Self::shutdown`] waits for it, so it has to end with [`Self::stop_token`].
+    pub(crate) fn spawn(&self, task: impl Future<Output = ()> + Send + 'static) {
+        self.inner.tasks.spawn(task.instrument(self.span()));
     }
 
     pub(crate) fn standard(&self) -> &StandardInterfaces {

@@ -45,10 +45,10 @@ pub(crate) fn serve(node: &Node, changes: Changes) -> Result<(), Error> {
         diagnostics,
     } = node.standard();
     let name = node.fully_qualified_name();
-    let (stop, tasks) = (node.stop_token(), node.tasks());
+    let stop = node.stop_token();
 
     let log = node.publisher("/rosout", rosout::QOS)?;
-    tasks.spawn(rosout::outlet(&name, clock.clone(), log, stop.clone()));
+    node.spawn(rosout::outlet(&name, clock.clone(), log, stop.clone()));
 
     let use_sim_time = clock::declare_use_sim_time(parameters, clock)?;
     let topic = ClockTopic {
@@ -56,15 +56,16 @@ pub(crate) fn serve(node: &Node, changes: Changes) -> Result<(), Error> {
         name: node.resolve_topic("/clock")?,
         stop: stop.clone(),
     };
-    tasks.spawn(clock::follow(clock.clone(), topic, use_sim_time));
+    node.spawn(clock::follow(clock.clone(), topic, use_sim_time));
 
     let events = node.publisher("/parameter_events", PARAMETER_EVENTS)?;
-    tasks.spawn(stop.clone().run_until_cancelled_owned(parameters::publish_events(
+    node.spawn(parameters::publish_events(
         name.clone(),
         clock.clone(),
         events,
         changes,
-    )));
+        stop.clone(),
+    ));
     parameters::serve(node, parameters)?;
 
     diagnostics.register(
@@ -73,7 +74,7 @@ pub(crate) fn serve(node: &Node, changes: Changes) -> Result<(), Error> {
         transport_counters::provider(Arc::downgrade(node.graph())),
     );
     let reports = node.publisher("/diagnostics", Qos::reliable(10))?;
-    tasks.spawn(diagnostics::publish(
+    node.spawn(diagnostics::publish(
         name,
         diagnostics.clone(),
         clock.clone(),

@@ -1,15 +1,22 @@
 //! `/parameter_events`.
 
 use interfaces::rcl_interfaces::msg::{Parameter, ParameterEvent};
+use tokio_util::sync::CancellationToken;
 
 use super::Changes;
 use super::store::Change;
 use crate::clock::Clock;
 use crate::publisher::Publisher;
 
-/// Publishes changes until the node's parameters are gone.
-pub(crate) async fn publish(node: String, clock: Clock, publisher: Publisher<ParameterEvent>, mut changes: Changes) {
-    while let Some(changes) = changes.recv().await {
+/// Publishes changes until `stop`.
+pub(crate) async fn publish(
+    node: String,
+    clock: Clock,
+    publisher: Publisher<ParameterEvent>,
+    mut changes: Changes,
+    stop: CancellationToken,
+) {
+    while let Some(Some(changes)) = stop.run_until_cancelled(changes.recv()).await {
         if let Err(error) = publisher.publish(event(&node, &clock, changes)) {
             tracing::warn!(node, %error, "a parameter event is lost");
         }

@@ -39,7 +39,7 @@ fn answer<S: Service>(
 ) -> Result<(), Error> {
     let mut server: ServiceServer<S> = node.service_server(name)?;
     let parameters = parameters.clone();
-    node.tasks().spawn(async move {
+    node.spawn(async move {
         while let Some(call) = server.next().await {
             let response = respond(&parameters, call.request());
             if let Err(error) = call.respond(response).await {

@@ -34,7 +34,7 @@ impl Listener {
         let moving = node.subscription("/tf", Qos::STREAM)?;
         let fixed = node.subscription("/tf_static", Qos::TF_STATIC)?;
         let listening = listen(buffer.clone(), moving, fixed, node.clock().jumps());
-        node.tasks().spawn(until(stop.clone(), listening));
+        node.spawn(until(stop.clone(), listening));
         Ok(Self {
             buffer,
             _stop: stop.drop_guard(),
