@@ -14,10 +14,10 @@ use crate::rosout::RosoutLayer;
 
 const VARIABLE: &str = "RUST_LOG";
 
-/// The middleware reports everyday events (a peer that left, a small receive buffer) as warnings, and some that harm
-/// nobody as errors.
+/// The middleware reports everyday events (a peer that left, a small receive buffer) as warnings. These modules report
+/// some that harm nobody as errors, such as a socket that leaves no multicast group because it never joined one.
 const QUIET: &str = "rustdds=error,rustdds::structure::sequence_number=off,rustdds::dds::pubsub=off,\
-                     ros2_client=error";
+                     rustdds::network::udp_listener=off,ros2_client=error";
 
 /// Installs the process's logger; to be called once, by a binary.
 ///
