@@ -58,9 +58,8 @@ fn layer(name: &str) -> Option<Layer> {
 /// The layers that each layer may use.
 fn allowed(from: Layer) -> &'static [Layer] {
     match from {
-        Algorithm => &[Algorithm],
         Protocol | Recording | InterfaceGenerator => &[],
-        Devices => &[Algorithm],
+        Algorithm | Devices => &[Algorithm],
         Driver => &[Algorithm, Protocol, Devices],
         Interfaces => &[InterfaceGenerator],
         Ros => &[Algorithm, Interfaces],

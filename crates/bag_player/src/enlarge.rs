@@ -14,7 +14,12 @@ pub(crate) fn image(image: &Image, factor: usize) -> Result<Image, Error> {
     let pixel_bytes = pixel_bytes(&image.encoding)?;
     if step < width * pixel_bytes || image.data.len() < step * height {
         let (found, needed) = (image.data.len(), step.max(width * pixel_bytes) * height);
-        return Err(Error::ImageSize { width, height, found, needed });
+        return Err(Error::ImageSize {
+            width,
+            height,
+            found,
+            needed,
+        });
     }
     let mut data = Vec::with_capacity(image.data.len() * factor * factor);
     for row in image.data.chunks_exact(step.max(1)).take(height) {
@@ -28,7 +33,13 @@ pub(crate) fn image(image: &Image, factor: usize) -> Result<Image, Error> {
     let scale = factor as u32;
     let (width, height) = (image.width * scale, image.height * scale);
     let step = width * pixel_bytes as u32;
-    Ok(Image { width, height, step, data: data.into(), ..image.clone() })
+    Ok(Image {
+        width,
+        height,
+        step,
+        data: data.into(),
+        ..image.clone()
+    })
 }
 
 /// The camera whose pixels are `factor` times smaller.
@@ -38,7 +49,11 @@ pub(crate) fn camera_info(info: &CameraInfo, factor: usize) -> Result<CameraInfo
     }
     let (size, k) = ((info.width as usize, info.height as usize), &info.k);
     let camera = PinholeCamera::new(size.0, size.1, [k[0], k[4]], [k[2], k[5]])?.enlarged(factor)?;
-    let mut enlarged = CameraInfo { width: camera.width() as u32, height: camera.height() as u32, ..info.clone() };
+    let mut enlarged = CameraInfo {
+        width: camera.width() as u32,
+        height: camera.height() as u32,
+        ..info.clone()
+    };
     let ([fx, fy], [cx, cy]) = (camera.focal(), camera.principal());
     (enlarged.k[0], enlarged.k[4], enlarged.k[2], enlarged.k[5]) = (fx, fy, cx, cy);
     (enlarged.p[0], enlarged.p[5], enlarged.p[2], enlarged.p[6]) = (fx, fy, cx, cy);
@@ -52,7 +67,11 @@ fn pixel_bytes(encoding: &str) -> Result<usize, Error> {
         "rgb8" | "bgr8" | "8UC3" => 3,
         "32FC1" => 4,
         "32FC3" => 12,
-        _ => return Err(Error::Encoding { found: encoding.to_owned() }),
+        _ => {
+            return Err(Error::Encoding {
+                found: encoding.to_owned(),
+            });
+        }
     })
 }
 
@@ -77,7 +96,11 @@ mod tests {
 
     #[test]
     fn the_camera_follows_its_pixels() {
-        let mut info = CameraInfo { width: 2, height: 2, ..CameraInfo::default() };
+        let mut info = CameraInfo {
+            width: 2,
+            height: 2,
+            ..CameraInfo::default()
+        };
         (info.k[0], info.k[4], info.k[2], info.k[5]) = (100.0, 100.0, 0.5, 0.5);
         let large = camera_info(&info, 3).unwrap();
         // The middle of 2 x 2 pixels is (0.5, 0.5); the middle of 6 x 6 is (2.5, 2.5).
@@ -86,9 +109,21 @@ mod tests {
 
     #[test]
     fn unknown_encodings_and_short_data_are_refused() {
-        let odd = Image { width: 1, height: 1, step: 1, encoding: "yuv".into(), ..Image::default() };
+        let odd = Image {
+            width: 1,
+            height: 1,
+            step: 1,
+            encoding: "yuv".into(),
+            ..Image::default()
+        };
         assert!(image(&odd, 2).unwrap_err().to_string().contains("yuv"));
-        let short = Image { width: 4, height: 4, step: 4, encoding: "mono8".into(), ..Image::default() };
+        let short = Image {
+            width: 4,
+            height: 4,
+            step: 4,
+            encoding: "mono8".into(),
+            ..Image::default()
+        };
         assert!(image(&short, 2).unwrap_err().to_string().contains("16"));
     }
 }

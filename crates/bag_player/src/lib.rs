@@ -57,8 +57,13 @@ pub async fn run(node: Node) -> Result<Played, Error> {
                 played.left_out += round.left_out;
             }
         }
-        tracing::info!(published = played.published, left_out = played.left_out, "the bag is at its end");
+        tracing::info!(
+            published = played.published,
+            left_out = played.left_out,
+            "the bag is at its end"
+        );
         if !parameters.repeat.get() {
+            deliver(&channels).await;
             return Ok(played);
         }
     }
@@ -88,8 +93,15 @@ fn channels(node: &Node, bag: &Bag, factor: usize) -> Result<BTreeMap<String, Bo
     let unknown = unknown.join(", ");
     if channels.is_empty() {
         let files = bag.report().files.iter().map(|file| file.display().to_string());
-        let reason = if unknown.is_empty() { "it has no topics".into() } else { format!("unknown types: {unknown}") };
-        return Err(Error::NothingToPlay { bag: files.collect::<Vec<_>>().join(", "), reason });
+        let reason = if unknown.is_empty() {
+            "it has no topics".into()
+        } else {
+            format!("unknown types: {unknown}")
+        };
+        return Err(Error::NothingToPlay {
+            bag: files.collect::<Vec<_>>().join(", "),
+            reason,
+        });
     }
     if !unknown.is_empty() {
         tracing::warn!(topics = unknown, "not played: types that the cell does not know");
@@ -106,17 +118,37 @@ async fn wait_for_subscriptions(
     let patience = Duration::from_secs_f64(parameters.wait_for_subscriptions.get());
     let deadline = Instant::now() + patience;
     let unheard = || {
-        let needed = channels.values().filter(|c| ["image_raw", "exposure"].iter().any(|end| c.topic().ends_with(end)));
-        needed.into_iter().find(|c| c.subscriptions() == 0).map(|c| c.topic().to_owned())
+        let needed = channels
+            .values()
+            .filter(|c| ["image_raw", "exposure"].iter().any(|end| c.topic().ends_with(end)));
+        needed
+            .into_iter()
+            .find(|c| c.subscriptions() == 0)
+            .map(|c| c.topic().to_owned())
     };
     while !patience.is_zero() {
         let Some(topic) = unheard() else { break };
         if Instant::now() >= deadline {
-            return Err(Error::NobodyListens { topic, waited: patience });
+            return Err(Error::NobodyListens {
+                topic,
+                waited: patience,
+            });
         }
         tokio::time::sleep(LOOK_AGAIN).await;
     }
     Ok(())
+}
+
+/// The last messages are still on their way when they are published; a publisher that ends takes them with it.
+async fn deliver(channels: &BTreeMap<String, Box<dyn Channel>>) {
+    let waiting = channels
+        .values()
+        .map(|channel| async { (channel.topic(), channel.acknowledged().await) });
+    for (topic, acknowledged) in futures::future::join_all(waiting).await {
+        if !acknowledged {
+            tracing::warn!(topic, "a reader has not acknowledged the last messages");
+        }
+    }
 }
 
 /// One round through the bag.

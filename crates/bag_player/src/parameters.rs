@@ -17,8 +17,11 @@ impl Parameters {
     pub(crate) fn declare(node: &Node) -> Result<Self, Error> {
         let parameters = node.parameters();
         let declared = Self {
-            bag: parameters
-                .declare(Parameter::string("bag", "").read_only().describe("Bag folder or .mcap file to play"))?,
+            bag: parameters.declare(
+                Parameter::string("bag", "")
+                    .read_only()
+                    .describe("Bag folder or .mcap file to play"),
+            )?,
             rate: parameters.declare(
                 Parameter::float("rate", 1.0)
                     .unit("recorded seconds per second")
@@ -39,7 +42,9 @@ impl Parameters {
                     .unit("s")
                     .range(0.0..=600.0)
                     .read_only()
-                    .describe("Play only once every image topic has a subscription, and give up after this long; 0: at once"),
+                    .describe(
+                        "Play only once every image topic has a subscription, and give up after this long; 0: at once",
+                    ),
             )?,
         };
         parameters.seal()?;

@@ -41,7 +41,7 @@ impl fmt::Display for Void {
 
 type Stamp = (i32, u32);
 
-fn stamp(time: &Time) -> Stamp {
+fn stamp(time: Time) -> Stamp {
     (time.sec, time.nanosec)
 }
 
@@ -69,11 +69,13 @@ impl Assembler {
 
     /// Takes an image. Gives back the number of images that were given up because no exposure names them.
     pub(crate) fn add_image(&mut self, image: Arc<Image>) -> usize {
-        self.images.insert(stamp(&image.header.stamp), image);
-        let named: Vec<Stamp> = self.exposures.values().map(|e| stamp(&e.header.stamp)).collect();
+        self.images.insert(stamp(image.header.stamp), image);
+        let named: Vec<Stamp> = self.exposures.values().map(|e| stamp(e.header.stamp)).collect();
         let before = self.images.len();
         while self.images.len() > MAX_WAITING_IMAGES {
-            let Some(oldest) = self.images.keys().find(|s| !named.contains(s)).copied() else { break };
+            let Some(oldest) = self.images.keys().find(|s| !named.contains(s)).copied() else {
+                break;
+            };
             self.images.remove(&oldest);
         }
         before - self.images.len()
@@ -89,7 +91,7 @@ impl Assembler {
         let exposures = std::mem::take(&mut self.exposures).into_values();
         let frames = exposures
             .filter_map(|exposure| {
-                let image = self.images.remove(&stamp(&exposure.header.stamp))?;
+                let image = self.images.remove(&stamp(exposure.header.stamp))?;
                 Some(Frame { exposure, image })
             })
             .collect();
@@ -103,13 +105,16 @@ impl Assembler {
         let reason = format!("{why} when {arrived} of {} images had arrived", first.count);
         let capture_id = first.capture_id.clone();
         for exposure in std::mem::take(&mut self.exposures).into_values() {
-            self.images.remove(&stamp(&exposure.header.stamp));
+            self.images.remove(&stamp(exposure.header.stamp));
         }
         Some(Void { capture_id, reason })
     }
 
     fn missing_images(&self) -> usize {
-        self.exposures.values().filter(|e| !self.images.contains_key(&stamp(&e.header.stamp))).count()
+        self.exposures
+            .values()
+            .filter(|e| !self.images.contains_key(&stamp(e.header.stamp)))
+            .count()
     }
 }
 
@@ -120,14 +125,25 @@ mod tests {
     const COUNT: u8 = 4;
 
     fn exposure(capture_id: &str, index: u8, sec: i32) -> Arc<Exposure> {
-        let mut exposure = Exposure { capture_id: capture_id.into(), index, count: COUNT, ..Exposure::default() };
-        exposure.header.stamp = Time { sec, nanosec: u32::from(index) };
+        let mut exposure = Exposure {
+            capture_id: capture_id.into(),
+            index,
+            count: COUNT,
+            ..Exposure::default()
+        };
+        exposure.header.stamp = Time {
+            sec,
+            nanosec: u32::from(index),
+        };
         Arc::new(exposure)
     }
 
     fn image(index: u8, sec: i32) -> Arc<Image> {
         let mut image = Image::default();
-        image.header.stamp = Time { sec, nanosec: u32::from(index) };
+        image.header.stamp = Time {
+            sec,
+            nanosec: u32::from(index),
+        };
         Arc::new(image)
     }
 
@@ -155,7 +171,10 @@ mod tests {
             assembler.add_exposure(exposure("a", index, 1));
         }
         let void = assembler.add_exposure(exposure("b", 0, 2)).unwrap();
-        assert_eq!(void.to_string(), "capture \"a\" is void: another capture began when 3 of 4 images had arrived");
+        assert_eq!(
+            void.to_string(),
+            "capture \"a\" is void: another capture began when 3 of 4 images had arrived"
+        );
         assembler.add_image(image(0, 2));
         for index in 1..COUNT {
             assembler.add_image(image(index, 2));
@@ -168,6 +187,9 @@ mod tests {
     fn images_that_no_exposure_names_do_not_pile_up() {
         let mut assembler = Assembler::default();
         let given_up: usize = (0..100).map(|sec| assembler.add_image(image(0, sec))).sum();
-        assert_eq!((assembler.images.len(), given_up), (MAX_WAITING_IMAGES, 100 - MAX_WAITING_IMAGES));
+        assert_eq!(
+            (assembler.images.len(), given_up),
+            (MAX_WAITING_IMAGES, 100 - MAX_WAITING_IMAGES)
+        );
     }
 }

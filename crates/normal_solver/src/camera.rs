@@ -82,21 +82,28 @@ impl CameraSolver {
     fn take_image(&mut self, image: Arc<Image>) {
         let given_up = self.assembler.add_image(image);
         if given_up > 0 {
-            tracing::warn!(camera = self.camera, given_up, "images that no exposure names were given up");
+            tracing::warn!(
+                camera = self.camera,
+                given_up,
+                "images that no exposure names were given up"
+            );
         }
     }
 
     async fn solve(&self, capture: Capture) -> Result<(), Error> {
         let started = Instant::now();
         let (id, frames) = (capture.id.clone(), capture.frames.len());
-        let Some(header) = capture.frames.first().map(|frame| frame.image.header.clone()) else { return Ok(()) };
+        let Some(header) = capture.frames.first().map(|frame| frame.image.header.clone()) else {
+            return Ok(());
+        };
         let base_from_lights = self.base_from_lights(header.stamp).await?;
         let parameters = Arc::clone(&self.parameters);
         let solved = tokio::task::spawn_blocking(move || solve(&capture, &parameters, &base_from_lights)).await;
         let result = solved.expect("the solver does not panic")?;
         report(&self.camera, &id, frames, result.counts, started.elapsed());
         if self.preview.subscription_count() > 0 {
-            self.preview.publish(convert::preview(header.clone(), &result.normals)?)?;
+            self.preview
+                .publish(convert::preview(header.clone(), &result.normals)?)?;
         }
         self.normals.publish(convert::normal_message(header, result.normals))?;
         Ok(())
@@ -104,11 +111,17 @@ impl CameraSolver {
 
     /// Where the frame of the light directions stands, at the time of the capture.
     async fn base_from_lights(&self, stamp: Time) -> Result<RigidTransform, Error> {
-        let (base, lights) = (self.parameters.base_frame_id.get(), self.parameters.light_frame_id.get());
+        let (base, lights) = (
+            self.parameters.base_frame_id.get(),
+            self.parameters.light_frame_id.get(),
+        );
         if base == lights {
             return Ok(RigidTransform::identity());
         }
-        Ok(self.transforms.wait_for(&base, &lights, stamp.to_nanos(), TRANSFORM_PATIENCE).await?)
+        Ok(self
+            .transforms
+            .wait_for(&base, &lights, stamp.to_nanos(), TRANSFORM_PATIENCE)
+            .await?)
     }
 }
 
@@ -117,17 +130,38 @@ fn solve(
     parameters: &Parameters,
     base_from_lights: &RigidTransform,
 ) -> Result<NormalMapResult, Error> {
-    let lights =
-        lights_in_base(&parameters.light_directions.get(), &parameters.light_intensities.get(), base_from_lights)?;
+    let lights = lights_in_base(
+        &parameters.light_directions.get(),
+        &parameters.light_intensities.get(),
+        base_from_lights,
+    )?;
     // The parameter's range is that of a u16.
     let stack = convert::exposure_stack(capture, &lights, parameters.saturation.get() as u16)?;
     let minimum_signal = parameters.minimum_signal.get() as f32;
-    let options = LeastSquaresOptions { minimum_signal, ..LeastSquaresOptions::default() };
+    let options = LeastSquaresOptions {
+        minimum_signal,
+        ..LeastSquaresOptions::default()
+    };
     Ok(least_squares_normals(&stack, &lights, &options)?)
 }
 
 fn report(camera: &str, capture_id: &str, images: usize, counts: PixelCounts, took: Duration) {
-    let PixelCounts { solved, too_dark, too_few_lights, saturated } = counts;
+    let PixelCounts {
+        solved,
+        too_dark,
+        too_few_lights,
+        saturated,
+    } = counts;
     let took_ms = took.as_millis();
-    tracing::info!(camera, capture_id, images, solved, too_dark, too_few_lights, saturated, took_ms, "solved");
+    tracing::info!(
+        camera,
+        capture_id,
+        images,
+        solved,
+        too_dark,
+        too_few_lights,
+        saturated,
+        took_ms,
+        "solved"
+    );
 }

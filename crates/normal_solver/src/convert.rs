@@ -24,9 +24,16 @@ pub(crate) fn exposure_stack(
 fn brightness(frame: &Frame) -> Result<(u8, Image<u16>), Error> {
     let (exposure, image) = (&frame.exposure, &frame.image);
     if image.encoding != "mono16" {
-        return Err(Error::Encoding { index: exposure.index, found: image.encoding.clone() });
+        return Err(Error::Encoding {
+            index: exposure.index,
+            found: image.encoding.clone(),
+        });
     }
-    let order = if image.is_bigendian == 0 { ByteOrder::Little } else { ByteOrder::Big };
+    let order = if image.is_bigendian == 0 {
+        ByteOrder::Little
+    } else {
+        ByteOrder::Big
+    };
     let (width, height) = (image.width as usize, image.height as usize);
     let pixels = Image::from_bytes(width, height, image.step as usize, order, &image.data)?;
     Ok((exposure.channel, pixels))
@@ -49,5 +56,9 @@ pub(crate) fn normal_message(header: Header, normals: Image<[f32; 3]>) -> ImageM
 /// The normal map in colours, for people and browsers.
 pub(crate) fn preview(header: Header, normals: &Image<[f32; 3]>) -> Result<CompressedImage, Error> {
     let png = encode_png(&normal_picture(normals))?;
-    Ok(CompressedImage { header, format: "rgb8; png compressed rgb8".into(), data: png.into() })
+    Ok(CompressedImage {
+        header,
+        format: "rgb8; png compressed rgb8".into(),
+        data: png.into(),
+    })
 }

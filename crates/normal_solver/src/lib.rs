@@ -21,6 +21,7 @@ use std::sync::Arc;
 
 use ros::Node;
 use ros::tf;
+use tracing::Instrument;
 
 use camera::CameraSolver;
 use parameters::Parameters;
@@ -35,7 +36,7 @@ pub async fn run(node: Node) -> Result<(), Error> {
     let mut cameras = tokio::task::JoinSet::new();
     for camera in parameters.cameras.get() {
         let solver = CameraSolver::new(&node, &camera, Arc::clone(&parameters), Arc::clone(&transforms))?;
-        cameras.spawn(solver.run());
+        cameras.spawn(solver.run().in_current_span());
     }
     tracing::info!(cameras = ?parameters.cameras.get(), "ready");
     cameras.join_all().await;

@@ -15,7 +15,10 @@ pub(crate) fn lights_in_base(
     let (triples, rest) = directions.as_chunks::<3>();
     let fits = rest.is_empty() && triples.len() == intensities.len() && (3..=255).contains(&triples.len());
     if !fits {
-        return Err(Error::LightLists { directions: directions.len(), intensities: intensities.len() });
+        return Err(Error::LightLists {
+            directions: directions.len(),
+            intensities: intensities.len(),
+        });
     }
     let light = |(channel, (direction, intensity)): (u8, (&[f64; 3], &f64))| {
         let direction_in_base = base_from_lights.transform_direction(&Vector3::from(*direction));
@@ -38,12 +41,17 @@ mod tests {
         let lights = lights_in_base(&directions, &[1.0, 2.0, 3.0], &base_from_camera).unwrap();
         let first = lights[0].direction();
         assert!((first.into_inner() - Vector3::z()).norm() < 1e-12, "{first:?}");
-        assert_eq!(lights.iter().map(DirectionalLight::channel).collect::<Vec<_>>(), [1, 2, 3]);
+        assert_eq!(
+            lights.iter().map(DirectionalLight::channel).collect::<Vec<_>>(),
+            [1, 2, 3]
+        );
     }
 
     #[test]
     fn lists_that_do_not_fit_are_refused_with_their_lengths() {
-        let error = lights_in_base(&[0.0; 8], &[1.0; 3], &RigidTransform::identity()).unwrap_err().to_string();
+        let error = lights_in_base(&[0.0; 8], &[1.0; 3], &RigidTransform::identity())
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("8 numbers") && error.contains('3'), "{error}");
         assert!(lights_in_base(&[1.0; 6], &[1.0; 2], &RigidTransform::identity()).is_err());
     }

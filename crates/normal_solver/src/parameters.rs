@@ -34,9 +34,8 @@ impl Parameters {
                     .read_only()
                     .describe("Cameras whose captures are solved; each is a namespace below the node's"),
             )?,
-            base_frame_id: parameters.declare(
-                Parameter::string("base_frame_id", "link_base").describe("Frame of the published normals"),
-            )?,
+            base_frame_id: parameters
+                .declare(Parameter::string("base_frame_id", "link_base").describe("Frame of the published normals"))?,
             capture_timeout: parameters.declare(
                 Parameter::float("capture_timeout", 5.0)
                     .unit("s")
@@ -55,13 +54,12 @@ impl Parameters {
                     .range(0.0..=65_535.0)
                     .describe("Pixels that no light makes brighter than this over the dark frame are not measured"),
             )?,
-            light_frame_id: parameters.declare(
-                Parameter::string("lights.frame_id", "link_base").describe("Frame of lights.directions"),
-            )?,
-            light_directions: parameters.declare(
-                Parameter::floats("lights.directions", directions)
-                    .describe("Three numbers for each light, L1 first: from the surface towards the light, any length"),
-            )?,
+            light_frame_id: parameters
+                .declare(Parameter::string("lights.frame_id", "link_base").describe("Frame of lights.directions"))?,
+            light_directions: parameters
+                .declare(Parameter::floats("lights.directions", directions).describe(
+                    "Three numbers for each light, L1 first: from the surface towards the light, any length",
+                ))?,
             light_intensities: parameters.declare(
                 Parameter::floats("lights.intensities", intensities)
                     .unit("relative")

@@ -14,7 +14,12 @@ use tracing::level_filters::LevelFilter;
 use failure::Failure;
 
 #[derive(Parser)]
-#[command(name = "rakelight", version, about = "A robot cell that sees by shading", propagate_version = true)]
+#[command(
+    name = "rakelight",
+    version,
+    about = "A robot cell that sees by shading",
+    propagate_version = true
+)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::Args;
+use futures::future::BoxFuture;
 use ros::{LaunchConfig, Node, NodeOptions, RosArguments};
 use tokio::task::JoinSet;
+use tracing::Instrument;
 
 use crate::failure::Failure;
 
@@ -26,7 +28,11 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) async fn run(arguments: Arguments, ros_arguments: &RosArguments) -> Result<(), Failure> {
-    let config = arguments.config.map(LaunchConfig::read).transpose().map_err(Failure::usage)?;
+    let config = arguments
+        .config
+        .map(LaunchConfig::read)
+        .transpose()
+        .map_err(Failure::usage)?;
     let options = |name: &str| {
         let options = match &config {
             Some(config) => config.node_options(name),
@@ -59,14 +65,12 @@ impl Running {
         let node = Node::start(options).await.map_err(Failure::usage)?;
         self.nodes.push(node.clone());
         let served = node.clone();
-        match name {
-            normal_solver::NAME => self.tasks.spawn(async { Ok(normal_solver::run(served).await?) }),
-            bag_player::NAME => self.tasks.spawn(async {
-                bag_player::run(served).await?;
-                Ok(())
-            }),
+        let task: BoxFuture<anyhow::Result<()>> = match name {
+            normal_solver::NAME => Box::pin(async { Ok(normal_solver::run(served).await?) }),
+            bag_player::NAME => Box::pin(async { Ok(bag_player::run(served).await.map(drop)?) }),
             _ => return Err(Failure::usage(anyhow!("no node {name:?}; known: {}", NODES.join(", ")))),
         };
+        self.tasks.spawn(task.instrument(node.span()));
         Ok(node)
     }
 

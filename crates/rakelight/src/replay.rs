@@ -43,7 +43,10 @@ pub(crate) async fn run(arguments: Arguments, ros_arguments: &RosArguments) -> R
         .parameter("rate", arguments.rate)
         .parameter("loop", arguments.r#loop)
         .parameter("enlarge", arguments.enlarge)
-        .parameter("wait_for_subscriptions", if arguments.resolve { WAIT_FOR_SOLVER } else { 0.0 });
+        .parameter(
+            "wait_for_subscriptions",
+            if arguments.resolve { WAIT_FOR_SOLVER } else { 0.0 },
+        );
     running.start(bag_player::NAME, player).await?;
     let outcome = tokio::select! {
         outcome = running.first_to_end() => outcome,

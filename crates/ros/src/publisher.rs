@@ -63,6 +63,16 @@ impl<M: Message> Publisher<M> {
             })
     }
 
+    /// Waits until every reader outside the process has acknowledged what was published; `false` when that takes longer
+    /// than `timeout`. A publisher that is dropped earlier takes with it what a reader still misses.
+    pub async fn wait_for_acknowledgements(&self, timeout: Duration) -> bool {
+        if self.writer.matched() == 0 {
+            return true;
+        }
+        let acknowledged = self.writer.dds.async_wait_for_acknowledgments();
+        matches!(tokio::time::timeout(timeout, acknowledged).await, Ok(Ok(true)))
+    }
+
     /// Fully qualified topic.
     pub fn topic(&self) -> &str {
         &self.topic

@@ -56,7 +56,11 @@ impl<M: Message> Decode<'_, Arc<M>> for CdrDecoder<M> {
 
     fn decode_bytes(self, body: &[u8], encoding: RepresentationIdentifier) -> Result<Arc<M>, Self::Error> {
         let big_endian = encoding == RepresentationIdentifier::CDR_BE;
-        let endianness = if big_endian { Endianness::Big } else { Endianness::Little };
+        let endianness = if big_endian {
+            Endianness::Big
+        } else {
+            Endianness::Little
+        };
         interfaces::cdr::from_body(body, endianness).map(Arc::new)
     }
 }

@@ -51,20 +51,33 @@ impl Football {
         let calibration: Calibration =
             serde_json::from_str(&text).with_context(|| format!("cannot read {}", path.display()))?;
         let lights = calibration.light_directions.len();
-        ensure!(lights == LIGHTS, "{}: S has {lights} directions; expected {LIGHTS}", path.display());
+        ensure!(
+            lights == LIGHTS,
+            "{}: S has {lights} directions; expected {LIGHTS}",
+            path.display()
+        );
         let names = std::iter::once("ambient".to_owned()).chain((1..=LIGHTS).map(|light| format!("I{light}")));
-        let images = names.map(|name| photograph(&folder.join(format!("{name}.png")))).collect::<anyhow::Result<_>>()?;
+        let images = names
+            .map(|name| photograph(&folder.join(format!("{name}.png"))))
+            .collect::<anyhow::Result<_>>()?;
         let path = folder.join("mask.png");
         let DecodedPng::Gray8(mask) = read_png(&path)? else {
             anyhow::bail!("{}: expected 8-bit grey", path.display());
         };
         let mask = Mask::from_nonzero(&mask);
-        Ok(Self { images, light_directions_in_camera: calibration.light_directions, mask })
+        Ok(Self {
+            images,
+            light_directions_in_camera: calibration.light_directions,
+            mask,
+        })
     }
 
     /// The lengths of the directions: they fit the photographs better than equal lights do.
     pub(crate) fn light_intensities(&self) -> Vec<f64> {
-        self.light_directions_in_camera.iter().map(|s| s.iter().map(|x| x * x).sum::<f64>().sqrt()).collect()
+        self.light_directions_in_camera
+            .iter()
+            .map(|s| s.iter().map(|x| x * x).sum::<f64>().sqrt())
+            .collect()
     }
 
     /// Writes them in the layout of the cell's recordings; replaces what an earlier run wrote.
@@ -77,10 +90,21 @@ impl Football {
         let images = add::<ImageMessage>(&mut bag, "/cell/c1/image_raw")?;
         let exposures = add::<Exposure>(&mut bag, "/cell/c1/exposure")?;
         for (index, image) in (0_u8..).zip(&self.images) {
-            let stamp = Time { sec: FIRST_STAMP_S, nanosec: u32::from(index) * STEP_NS };
-            let header = Header { stamp, frame_id: CAMERA_FRAME.into() };
+            let stamp = Time {
+                sec: FIRST_STAMP_S,
+                nanosec: u32::from(index) * STEP_NS,
+            };
+            let header = Header {
+                stamp,
+                frame_id: CAMERA_FRAME.into(),
+            };
             put(&mut bag, tf, stamp, &camera_pose(stamp))?;
-            put(&mut bag, exposures, stamp, &exposure(header.clone(), index, self.images.len()))?;
+            put(
+                &mut bag,
+                exposures,
+                stamp,
+                &exposure(header.clone(), index, self.images.len()),
+            )?;
             put(&mut bag, images, stamp, &message(header, image))?;
         }
         Ok(bag.finish()?)
@@ -112,20 +136,56 @@ fn put<M: Message>(bag: &mut BagWriter, topic: TopicId, stamp: Time, message: &M
 fn exposure(header: Header, index: u8, count: usize) -> Exposure {
     let count = u8::try_from(count).expect("a handful of photographs");
     // The dark frame comes first, so that a light's number is its place.
-    Exposure { header, capture_id: "white_football".into(), channel: index, index, count, ..Exposure::default() }
+    Exposure {
+        header,
+        capture_id: "white_football".into(),
+        channel: index,
+        index,
+        count,
+        ..Exposure::default()
+    }
 }
 
 fn message(header: Header, image: &Image<u16>) -> ImageMessage {
     let (width, height) = (image.width() as u32, image.height() as u32);
     let data = ByteSequence::from(image.as_bytes());
-    ImageMessage { header, height, width, encoding: "mono16".into(), is_bigendian: 0, step: 2 * width, data }
+    ImageMessage {
+        header,
+        height,
+        width,
+        encoding: "mono16".into(),
+        is_bigendian: 0,
+        step: 2 * width,
+        data,
+    }
 }
 
 /// The camera hangs over the table and looks straight down, its x axis along the base's: what faces it faces up.
 fn camera_pose(stamp: Time) -> TFMessage {
-    let header = Header { stamp, frame_id: "link_base".into() };
-    let translation = Vector3 { x: 0.43, y: 0.0, z: 0.5 };
-    let half_turn_about_x = Quaternion { x: 1.0, y: 0.0, z: 0.0, w: 0.0 };
-    let transform = Transform { translation, rotation: half_turn_about_x };
-    TFMessage { transforms: vec![TransformStamped { header, child_frame_id: CAMERA_FRAME.into(), transform }] }
+    let header = Header {
+        stamp,
+        frame_id: "link_base".into(),
+    };
+    let translation = Vector3 {
+        x: 0.43,
+        y: 0.0,
+        z: 0.5,
+    };
+    let half_turn_about_x = Quaternion {
+        x: 1.0,
+        y: 0.0,
+        z: 0.0,
+        w: 0.0,
+    };
+    let transform = Transform {
+        translation,
+        rotation: half_turn_about_x,
+    };
+    TFMessage {
+        transforms: vec![TransformStamped {
+            header,
+            child_frame_id: CAMERA_FRAME.into(),
+            transform,
+        }],
+    }
 }

@@ -19,7 +19,7 @@ use viewer::Viewer;
 const NAMESPACE: &str = "/cell";
 
 /// The player starts once the solver is matched; the viewer gives up when no map has come after this long.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_mins(1);
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -53,7 +53,9 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
     println!("{}: playing {} through ROS", scene.name, scene.bag.display());
 
     let mut running = Running::default();
-    running.start(normal_solver::NAME, scene.solver.parameter("cameras", cameras.clone())).await?;
+    running
+        .start(normal_solver::NAME, scene.solver.parameter("cameras", cameras.clone()))
+        .await?;
     let mut viewer = Viewer::start(options("demo_viewer"), &cameras).await?;
     let player = options(bag_player::NAME)
         .parameter("bag", scene.bag.display().to_string())
@@ -64,7 +66,9 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
         let map = tokio::time::timeout(PATIENCE, viewer.next())
             .await
             .map_err(|_| anyhow!("no normal map came within {PATIENCE:?}; the log above says why"))??;
-        let path = arguments.output.join(format!("{}_{}_normals.png", scene.name, map.camera));
+        let path = arguments
+            .output
+            .join(format!("{}_{}_normals.png", scene.name, map.camera));
         let measured = viewer::write_picture(&map, scene.mask.as_ref(), &path)?;
         println!(
             "{}: {} x {} normals, {:.1} % of the {} measured, {:.2} s after the start",
@@ -94,10 +98,20 @@ fn options(name: &str) -> NodeOptions {
 
 fn recorded(bag: PathBuf) -> Result<Scene, Failure> {
     if !bag.exists() {
-        return Err(Failure::usage(anyhow!("no bag at {}; start in the repository or name one with --bag", bag.display())));
+        return Err(Failure::usage(anyhow!(
+            "no bag at {}; start in the repository or name one with --bag",
+            bag.display()
+        )));
     }
-    let name = bag.file_stem().map_or_else(|| "capture".into(), |stem| stem.to_string_lossy().into_owned());
-    Ok(Scene { name, bag, solver: options(normal_solver::NAME), mask: None })
+    let name = bag
+        .file_stem()
+        .map_or_else(|| "capture".into(), |stem| stem.to_string_lossy().into_owned());
+    Ok(Scene {
+        name,
+        bag,
+        solver: options(normal_solver::NAME),
+        mask: None,
+    })
 }
 
 fn photographed(folder: &std::path::Path, output: &std::path::Path) -> Result<Scene, Failure> {
@@ -110,7 +124,12 @@ fn photographed(folder: &std::path::Path, output: &std::path::Path) -> Result<Sc
         .parameter("lights.directions", football.light_directions_in_camera.concat())
         .parameter("lights.intensities", football.light_intensities())
         .parameter("saturation", i64::from(u16::MAX));
-    Ok(Scene { name: "football".into(), bag, solver, mask: Some(football.mask) })
+    Ok(Scene {
+        name: "football".into(),
+        bag,
+        solver,
+        mask: Some(football.mask),
+    })
 }
 
 /// Cameras with images in the bag: the last part of a topic's namespace.
@@ -122,7 +141,10 @@ fn cameras(bag: &std::path::Path) -> anyhow::Result<Vec<String>> {
     cameras.sort();
     if cameras.is_empty() {
         let topics: Vec<&str> = bag.topics().iter().map(|topic| topic.name.as_str()).collect();
-        anyhow::bail!("no images below {NAMESPACE} in the bag; its topics: {}", topics.join(", "));
+        anyhow::bail!(
+            "no images below {NAMESPACE} in the bag; its topics: {}",
+            topics.join(", ")
+        );
     }
     Ok(cameras)
 }

@@ -31,7 +31,10 @@ impl Viewer {
             let (camera, sender) = (camera.clone(), sender.clone());
             tokio::spawn(async move {
                 while let Some(received) = subscription.next().await {
-                    let map = Map { camera: camera.clone(), image: received.message };
+                    let map = Map {
+                        camera: camera.clone(),
+                        image: received.message,
+                    };
                     if sender.send(map).await.is_err() {
                         return;
                     }
@@ -54,8 +57,16 @@ impl Viewer {
 /// Writes the map in colours, black outside the mask, and gives the share of pixels that are measured.
 pub(crate) fn write_picture(map: &Map, mask: Option<&Mask>, path: &Path) -> anyhow::Result<f64> {
     let message = &map.image;
-    ensure!(message.encoding == "32FC3", "the normal map is encoded as {:?}; expected 32FC3", message.encoding);
-    let order = if message.is_bigendian == 0 { ByteOrder::Little } else { ByteOrder::Big };
+    ensure!(
+        message.encoding == "32FC3",
+        "the normal map is encoded as {:?}; expected 32FC3",
+        message.encoding
+    );
+    let order = if message.is_bigendian == 0 {
+        ByteOrder::Little
+    } else {
+        ByteOrder::Big
+    };
     let (width, height) = (message.width as usize, message.height as usize);
     let mut normals: Image<[f32; 3]> = Image::from_bytes(width, height, message.step as usize, order, &message.data)?;
     if let Some(mask) = mask {

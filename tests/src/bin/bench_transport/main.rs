@@ -58,12 +58,17 @@ async fn main() -> anyhow::Result<ExitCode> {
         Some(Role::Subscribe(task)) => peer::subscribe(&task).await?,
         Some(Role::Idle { seconds }) => peer::idle(Duration::from_secs(seconds)).await?,
         None => {
-            let report = run::everything(arguments.count, arguments.memory_seconds, arguments.python.as_deref()).await?;
+            let report =
+                run::everything(arguments.count, arguments.memory_seconds, arguments.python.as_deref()).await?;
             println!("{report}");
             if arguments.json {
                 println!("{}", serde_json::to_string(&report)?);
             }
-            return Ok(if report.complete() { ExitCode::SUCCESS } else { ExitCode::FAILURE });
+            return Ok(if report.complete() {
+                ExitCode::SUCCESS
+            } else {
+                ExitCode::FAILURE
+            });
         }
     }
     Ok(ExitCode::SUCCESS)

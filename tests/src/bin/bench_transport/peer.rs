@@ -56,7 +56,9 @@ pub(crate) async fn subscribe(task: &Task) -> anyhow::Result<()> {
     let deadline = tokio::time::Instant::now() + Duration::from_secs_f64(task.timeout);
     let mut latencies_ms = Vec::new();
     while latencies_ms.len() < task.count {
-        let Ok(Some(received)) = tokio::time::timeout_at(deadline, subscription.next()).await else { break };
+        let Ok(Some(received)) = tokio::time::timeout_at(deadline, subscription.next()).await else {
+            break;
+        };
         if received.message.data.len() == task.bytes {
             latencies_ms.push(age_ms(&received.message));
         }
@@ -80,9 +82,23 @@ pub(crate) async fn idle(duration: Duration) -> anyhow::Result<()> {
 pub(crate) fn image(data: interfaces::ByteSequence) -> Image {
     let width = u32::try_from(data.len()).expect("images of the benchmark are below 4 GiB");
     let now = now();
-    let stamp = Time { sec: now.as_secs() as i32, nanosec: now.subsec_nanos() };
-    let header = Header { stamp, frame_id: String::new() };
-    Image { header, height: 1, width, encoding: "mono8".into(), is_bigendian: 0, step: width, data }
+    let stamp = Time {
+        sec: now.as_secs() as i32,
+        nanosec: now.subsec_nanos(),
+    };
+    let header = Header {
+        stamp,
+        frame_id: String::new(),
+    };
+    Image {
+        header,
+        height: 1,
+        width,
+        encoding: "mono8".into(),
+        is_bigendian: 0,
+        step: width,
+        data,
+    }
 }
 
 /// Milliseconds since the image was stamped.
@@ -93,5 +109,7 @@ pub(crate) fn age_ms(image: &Image) -> f64 {
 }
 
 fn now() -> Duration {
-    SystemTime::now().duration_since(UNIX_EPOCH).expect("the system clock is after 1970")
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .expect("the system clock is after 1970")
 }

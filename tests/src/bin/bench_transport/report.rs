@@ -19,6 +19,8 @@ pub(crate) struct Report {
     pub(crate) rss_mb: f64,
     /// Processor share of an idle node, per cent of one core.
     pub(crate) idle_cpu_percent: f64,
+    /// The kernel's limits of receive buffers, as found.
+    pub(crate) kernel: String,
     /// What was left out, and why.
     pub(crate) left_out: Vec<String>,
 }
@@ -38,13 +40,18 @@ pub(crate) struct Pair {
 impl Report {
     /// Whether every message of every pairing arrived.
     pub(crate) fn complete(&self) -> bool {
-        self.pairs.iter().all(|pair| pair.sent > 0 && pair.delivered == pair.sent)
+        self.pairs
+            .iter()
+            .all(|pair| pair.sent > 0 && pair.delivered == pair.sent)
     }
 
     /// Median of Rust to rclpy over median of rclpy to rclpy.
     fn ratio(&self, bytes: usize) -> Option<f64> {
         let median = |from: &str| {
-            let pair = self.pairs.iter().find(|p| p.from == from && p.to == "rclpy" && p.bytes == bytes)?;
+            let pair = self
+                .pairs
+                .iter()
+                .find(|p| p.from == from && p.to == "rclpy" && p.bytes == bytes)?;
             pair.median_ms
         };
         Some(median("rust")? / median("rclpy")?)
@@ -61,11 +68,20 @@ pub(crate) fn quantile(values: &[f64], share: f64) -> Option<f64> {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{:>15} -> {:<15} {:>11} {:>10} {:>10} {:>9}", "from", "to", "bytes", "delivered", "median ms", "p99 ms")?;
+        writeln!(
+            f,
+            "{:>15} -> {:<15} {:>11} {:>10} {:>10} {:>9}",
+            "from", "to", "bytes", "delivered", "median ms", "p99 ms"
+        )?;
         for pair in &self.pairs {
             let delivered = format!("{}/{}", pair.delivered, pair.sent);
-            let (median, p99) = (pair.median_ms.unwrap_or(f64::NAN), pair.p99_ms.unwrap_or(f64::NAN));
-            writeln!(f, "{:>15} -> {:<15} {:>11} {delivered:>10} {median:>10.1} {p99:>9.1}", pair.from, pair.to, pair.bytes)?;
+            let figure = |ms: Option<f64>| ms.map_or_else(|| "-".to_owned(), |ms| format!("{ms:.1}"));
+            let (median, p99) = (figure(pair.median_ms), figure(pair.p99_ms));
+            writeln!(
+                f,
+                "{:>15} -> {:<15} {:>11} {delivered:>10} {median:>10} {p99:>9}",
+                pair.from, pair.to, pair.bytes
+            )?;
         }
         for bytes in crate::run::SIZES {
             if let Some(ratio) = self.ratio(bytes) {
@@ -73,11 +89,18 @@ impl fmt::Display for Report {
             }
         }
         writeln!(f, "serialising 28 MB: {:.1} ms", self.serialize_28mb_ms)?;
-        let memory = if self.handover_shares_memory { "the same memory" } else { "A COPY" };
+        let memory = if self.handover_shares_memory {
+            "the same memory"
+        } else {
+            "A COPY"
+        };
         writeln!(f, "hand-over in the process: {:.1} us, {memory}", self.handover_us)?;
         writeln!(f, "publisher of 28 MB at 1 Hz: {:.0} MB resident at most", self.rss_mb)?;
+        writeln!(f, "socket buffers: 212992 bytes; this kernel: {}", self.kernel)?;
         writeln!(f, "idle node: {:.2} % of a core", self.idle_cpu_percent)?;
-        self.left_out.iter().try_for_each(|reason| writeln!(f, "left out: {reason}"))
+        self.left_out
+            .iter()
+            .try_for_each(|reason| writeln!(f, "left out: {reason}"))
     }
 }
 

@@ -20,3 +20,12 @@ pub(crate) fn cpu_seconds(pid: u32) -> Option<f64> {
     let system: f64 = fields.next()?.parse().ok()?;
     Some((user + system) / TICKS_PER_SECOND)
 }
+
+/// The kernel's limits of receive buffers, as text.
+pub(crate) fn kernel_buffers() -> String {
+    let value = |name: &str| {
+        let text = fs::read_to_string(format!("/proc/sys/net/core/{name}")).unwrap_or_else(|_| "unknown".into());
+        format!("{name} = {}", text.trim())
+    };
+    format!("{}, {}", value("rmem_max"), value("rmem_default"))
+}

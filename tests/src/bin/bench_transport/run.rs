@@ -19,7 +19,10 @@ use crate::resources;
 /// A 1536 x 1536 mono16 image, and a 1536 x 1536 map of three floats.
 pub(crate) const SIZES: [usize; 2] = [1536 * 1536 * 2, 1536 * 1536 * 12];
 
-const PEER_TIMEOUT: Duration = Duration::from_secs(120);
+/// The kernel's default socket buffer; Rust's sockets ask for no more than rclpy's get, whatever this machine allows.
+const KERNEL_DEFAULT_BUFFER: &str = "212992";
+
+const PEER_TIMEOUT: Duration = Duration::from_mins(2);
 
 /// Who is at an end of a pairing.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -41,9 +44,18 @@ pub(crate) async fn everything(count: usize, memory_seconds: u64, python: Option
     let mut left_out = Vec::new();
     let mut pairs = Vec::new();
     for bytes in SIZES {
-        for (from, to) in [(End::Rust, End::Rclpy), (End::Rclpy, End::Rust), (End::Rust, End::Rust), (End::Rclpy, End::Rclpy)] {
+        for (from, to) in [
+            (End::Rust, End::Rclpy),
+            (End::Rclpy, End::Rust),
+            (End::Rust, End::Rust),
+            (End::Rclpy, End::Rclpy),
+        ] {
             if python.is_none() && (from == End::Rclpy || to == End::Rclpy) {
-                left_out.push(format!("{} to {}, {bytes} bytes: no RAKELIGHT_PYTHON", from.name(), to.name()));
+                left_out.push(format!(
+                    "{} to {}, {bytes} bytes: no RAKELIGHT_PYTHON",
+                    from.name(),
+                    to.name()
+                ));
                 continue;
             }
             eprintln!("{} to {}, {bytes} bytes ...", from.name(), to.name());
@@ -64,12 +76,21 @@ pub(crate) async fn everything(count: usize, memory_seconds: u64, python: Option
         rss_mb,
         idle_cpu_percent,
         left_out,
+        kernel: resources::kernel_buffers(),
     })
 }
 
 fn in_process_pair(count: usize, handover_us: f64) -> Pair {
     let median_ms = Some(handover_us / 1e3);
-    Pair { from: "rust".into(), to: "same process".into(), bytes: SIZES[1], sent: count, delivered: count, median_ms, p99_ms: None }
+    Pair {
+        from: "rust".into(),
+        to: "same process".into(),
+        bytes: SIZES[1],
+        sent: count,
+        delivered: count,
+        median_ms,
+        p99_ms: None,
+    }
 }
 
 async fn pair(from: End, to: End, bytes: usize, count: usize, python: Option<&Path>) -> anyhow::Result<Pair> {
@@ -117,8 +138,15 @@ fn start(
         }
     };
     let timeout = PEER_TIMEOUT.as_secs_f64();
-    command.arg(role).arg("/transport").args([bytes.to_string(), count.to_string(), interval.to_string(), timeout.to_string()]);
-    command.envs(domain.environment());
+    command.arg(role).arg("/transport").args([
+        bytes.to_string(),
+        count.to_string(),
+        interval.to_string(),
+        timeout.to_string(),
+    ]);
+    command
+        .envs(domain.environment())
+        .env("RAKELIGHT_SOCKET_BUFFER_BYTES", KERNEL_DEFAULT_BUFFER);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).kill_on_drop(true);
     command.spawn().with_context(|| format!("cannot start {command:?}"))
 }
