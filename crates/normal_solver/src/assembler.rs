@@ -12,6 +12,9 @@ use interfaces::sensor_msgs::msg::Image;
 /// Images that wait for their exposure; more than a sequence holds means that the exposures do not come.
 const MAX_WAITING_IMAGES: usize = 16;
 
+/// Captures under way at a time.
+const MAX_PENDING: usize = 4;
+
 /// One image of a capture, with what was on.
 #[derive(Debug, Clone)]
 pub(crate) struct Frame {
@@ -45,51 +48,65 @@ fn stamp(time: Time) -> Stamp {
     (time.sec, time.nanosec)
 }
 
-/// Collects one camera's captures, one at a time.
+/// A capture under way: its exposures by index.
+struct Pending {
+    id: String,
+    count: u8,
+    exposures: BTreeMap<u8, Arc<Exposure>>,
+}
+
+/// Collects one camera's captures. The small exposures of a capture may overtake the large images of the one before, so
+/// more than one may be under way.
 #[derive(Default)]
 pub(crate) struct Assembler {
-    /// Exposures of the capture under way, by index.
-    exposures: BTreeMap<u8, Arc<Exposure>>,
+    /// Oldest first.
+    pending: Vec<Pending>,
     images: BTreeMap<Stamp, Arc<Image>>,
+    voids: Vec<Void>,
 }
 
 impl Assembler {
-    /// Takes an exposure. One of another capture, or one that repeats, ends the capture under way.
-    pub(crate) fn add_exposure(&mut self, exposure: Arc<Exposure>) -> Option<Void> {
-        let continues = |first: &Exposure| first.capture_id == exposure.capture_id && first.count == exposure.count;
-        let fits = self.exposures.values().next().is_none_or(|first| continues(first));
-        let void = if fits && !self.exposures.contains_key(&exposure.index) {
-            None
-        } else {
-            self.give_up("another capture began")
+    /// Takes an exposure. One that repeats an index begins its capture anew.
+    pub(crate) fn add_exposure(&mut self, exposure: Arc<Exposure>) {
+        let same = |p: &Pending| p.id == exposure.capture_id && p.count == exposure.count;
+        let known = self.pending.iter().position(same);
+        let at = match known {
+            Some(at) if !self.pending[at].exposures.contains_key(&exposure.index) => at,
+            repeated => {
+                if let Some(at) = repeated {
+                    self.give_up(at, "it began anew");
+                }
+                self.begin(&exposure)
+            }
         };
-        self.exposures.insert(exposure.index, exposure);
-        void
+        self.pending[at].exposures.insert(exposure.index, exposure);
     }
 
     /// Takes an image. Gives back the number of images that were given up because no exposure names them.
     pub(crate) fn add_image(&mut self, image: Arc<Image>) -> usize {
         self.images.insert(stamp(image.header.stamp), image);
-        let named: Vec<Stamp> = self.exposures.values().map(|e| stamp(e.header.stamp)).collect();
-        let before = self.images.len();
-        while self.images.len() > MAX_WAITING_IMAGES {
-            let Some(oldest) = self.images.keys().find(|s| !named.contains(s)).copied() else {
-                break;
-            };
-            self.images.remove(&oldest);
+        let exposures = self.pending.iter().flat_map(|p| p.exposures.values());
+        let named: Vec<Stamp> = exposures.map(|e| stamp(e.header.stamp)).collect();
+        let unnamed: Vec<Stamp> = self.images.keys().filter(|s| !named.contains(s)).copied().collect();
+        let too_many = unnamed.len().saturating_sub(MAX_WAITING_IMAGES);
+        for oldest in &unnamed[..too_many] {
+            self.images.remove(oldest);
         }
-        before - self.images.len()
+        too_many
     }
 
-    /// The capture, once every exposure is there with its image.
+    /// The oldest capture of which every image is there. Those before it are void: their images are older still.
     pub(crate) fn take_whole(&mut self) -> Option<Capture> {
-        let first = self.exposures.values().next()?;
-        if self.exposures.len() < usize::from(first.count) || self.missing_images() > 0 {
-            return None;
+        let at = self
+            .pending
+            .iter()
+            .position(|p| self.arrived(p) == usize::from(p.count))?;
+        for _ in 0..at {
+            self.give_up(0, "a later capture was whole");
         }
-        let id = first.capture_id.clone();
-        let exposures = std::mem::take(&mut self.exposures).into_values();
+        let Pending { id, exposures, .. } = self.pending.remove(0);
         let frames = exposures
+            .into_values()
             .filter_map(|exposure| {
                 let image = self.images.remove(&stamp(exposure.header.stamp))?;
                 Some(Frame { exposure, image })
@@ -98,22 +115,46 @@ impl Assembler {
         Some(Capture { id, frames })
     }
 
-    /// Ends the capture under way, if there is one.
-    pub(crate) fn give_up(&mut self, why: &str) -> Option<Void> {
-        let first = self.exposures.values().next()?;
-        let arrived = self.exposures.len() - self.missing_images();
-        let reason = format!("{why} when {arrived} of {} images had arrived", first.count);
-        let capture_id = first.capture_id.clone();
-        for exposure in std::mem::take(&mut self.exposures).into_values() {
-            self.images.remove(&stamp(exposure.header.stamp));
+    /// Ends every capture under way.
+    pub(crate) fn give_up_all(&mut self, why: &str) {
+        while !self.pending.is_empty() {
+            self.give_up(0, why);
         }
-        Some(Void { capture_id, reason })
     }
 
-    fn missing_images(&self) -> usize {
-        self.exposures
+    /// What was given up since the last call.
+    pub(crate) fn take_voids(&mut self) -> Vec<Void> {
+        std::mem::take(&mut self.voids)
+    }
+
+    fn begin(&mut self, exposure: &Exposure) -> usize {
+        if self.pending.len() == MAX_PENDING {
+            self.give_up(0, "too many others began");
+        }
+        let (id, count) = (exposure.capture_id.clone(), exposure.count);
+        self.pending.push(Pending {
+            id,
+            count,
+            exposures: BTreeMap::new(),
+        });
+        self.pending.len() - 1
+    }
+
+    fn give_up(&mut self, at: usize, why: &str) {
+        let arrived = self.arrived(&self.pending[at]);
+        let Pending { id, count, exposures } = self.pending.remove(at);
+        for exposure in exposures.into_values() {
+            self.images.remove(&stamp(exposure.header.stamp));
+        }
+        let reason = format!("{why} when {arrived} of {count} images had arrived");
+        self.voids.push(Void { capture_id: id, reason });
+    }
+
+    fn arrived(&self, pending: &Pending) -> usize {
+        pending
+            .exposures
             .values()
-            .filter(|e| !self.images.contains_key(&stamp(e.header.stamp)))
+            .filter(|e| self.images.contains_key(&stamp(e.header.stamp)))
             .count()
     }
 }
@@ -154,42 +195,75 @@ mod tests {
             assert_eq!(assembler.add_image(image(index, 1)), 0);
         }
         for index in [3, 1, 0, 2] {
-            assert_eq!(assembler.add_exposure(exposure("a", index, 1)), None);
+            assembler.add_exposure(exposure("a", index, 1));
         }
         assert!(assembler.take_whole().is_none());
         assembler.add_image(image(1, 1));
         let capture = assembler.take_whole().unwrap();
         let order: Vec<u8> = capture.frames.iter().map(|frame| frame.exposure.index).collect();
         assert_eq!((capture.id.as_str(), order), ("a", vec![0, 1, 2, 3]));
+        assert_eq!(assembler.take_voids(), []);
     }
 
     #[test]
-    fn a_new_capture_voids_an_incomplete_one() {
+    fn exposures_may_overtake_the_images_of_the_capture_before() {
         let mut assembler = Assembler::default();
-        for index in 0..3 {
-            assembler.add_image(image(index, 1));
-            assembler.add_exposure(exposure("a", index, 1));
+        for (capture, sec) in [("a", 1), ("b", 2)] {
+            (0..COUNT).for_each(|index| assembler.add_exposure(exposure(capture, index, sec)));
         }
-        let void = assembler.add_exposure(exposure("b", 0, 2)).unwrap();
-        assert_eq!(
-            void.to_string(),
-            "capture \"a\" is void: another capture began when 3 of 4 images had arrived"
-        );
-        assembler.add_image(image(0, 2));
-        for index in 1..COUNT {
-            assembler.add_image(image(index, 2));
-            assert_eq!(assembler.add_exposure(exposure("b", index, 2)), None);
+        for (capture, sec) in [("a", 1), ("b", 2)] {
+            for index in 0..COUNT {
+                assembler.add_image(image(index, sec));
+            }
+            assert_eq!(assembler.take_whole().unwrap().id, capture);
+        }
+        assert_eq!(assembler.take_voids(), []);
+    }
+
+    #[test]
+    fn a_whole_capture_voids_incomplete_ones_before_it() {
+        let mut assembler = Assembler::default();
+        for (capture, sec, images) in [("a", 1, COUNT - 1), ("b", 2, COUNT)] {
+            (0..COUNT).for_each(|index| assembler.add_exposure(exposure(capture, index, sec)));
+            for index in 0..images {
+                assembler.add_image(image(index, sec));
+            }
         }
         assert_eq!(assembler.take_whole().unwrap().id, "b");
+        let voids: Vec<String> = assembler.take_voids().iter().map(ToString::to_string).collect();
+        assert_eq!(
+            voids,
+            ["capture \"a\" is void: a later capture was whole when 3 of 4 images had arrived"]
+        );
+        assert!(assembler.images.is_empty());
     }
 
     #[test]
-    fn images_that_no_exposure_names_do_not_pile_up() {
+    fn a_repeated_index_begins_the_capture_anew() {
+        let mut assembler = Assembler::default();
+        assembler.add_exposure(exposure("a", 0, 1));
+        for index in 0..COUNT {
+            assembler.add_exposure(exposure("a", index, 2));
+            assembler.add_image(image(index, 2));
+        }
+        assert_eq!(assembler.take_whole().unwrap().frames[0].exposure.header.stamp.sec, 2);
+        assert_eq!(assembler.take_voids().len(), 1);
+    }
+
+    #[test]
+    fn nothing_piles_up() {
         let mut assembler = Assembler::default();
         let given_up: usize = (0..100).map(|sec| assembler.add_image(image(0, sec))).sum();
         assert_eq!(
             (assembler.images.len(), given_up),
             (MAX_WAITING_IMAGES, 100 - MAX_WAITING_IMAGES)
         );
+        (0..100).for_each(|n| assembler.add_exposure(exposure(&n.to_string(), 0, n)));
+        assert_eq!(
+            (assembler.pending.len(), assembler.take_voids().len()),
+            (MAX_PENDING, 100 - MAX_PENDING)
+        );
+        assembler.give_up_all("the test ends");
+        assert_eq!(assembler.take_voids().len(), MAX_PENDING);
     }
 }

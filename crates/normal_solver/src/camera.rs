@@ -53,24 +53,22 @@ impl CameraSolver {
     pub(crate) async fn run(mut self) {
         loop {
             let patience = Duration::from_secs_f64(self.parameters.capture_timeout.get());
-            let void = tokio::select! {
+            tokio::select! {
                 image = self.images.next() => match image {
-                    Some(image) => {
-                        self.take_image(image.message);
-                        None
-                    }
+                    Some(image) => self.take_image(image.message),
                     None => return,
                 },
                 exposure = self.exposures.next() => match exposure {
                     Some(exposure) => self.assembler.add_exposure(exposure.message),
                     None => return,
                 },
-                () = tokio::time::sleep(patience) => self.assembler.give_up("nothing more came"),
-            };
-            if let Some(void) = void {
+                () = tokio::time::sleep(patience) => self.assembler.give_up_all("nothing more came"),
+            }
+            let whole = self.assembler.take_whole();
+            for void in self.assembler.take_voids() {
                 tracing::warn!(camera = self.camera, "{void}");
             }
-            if let Some(capture) = self.assembler.take_whole() {
+            if let Some(capture) = whole {
                 let id = capture.id.clone();
                 if let Err(error) = self.solve(capture).await {
                     tracing::error!(camera = self.camera, capture_id = id, %error, "not solved");
@@ -118,10 +116,15 @@ impl CameraSolver {
         if base == lights {
             return Ok(RigidTransform::identity());
         }
-        Ok(self
+        let found = self
             .transforms
             .wait_for(&base, &lights, stamp.to_nanos(), TRANSFORM_PATIENCE)
-            .await?)
+            .await;
+        found.map_err(|problem| Error::LightFrame {
+            frame: lights,
+            base,
+            problem: Box::new(problem),
+        })
     }
 }
 

@@ -21,9 +21,17 @@ pub enum Error {
         /// Length of `lights.intensities`.
         intensities: usize,
     },
-    /// The light directions' frame is not connected to the base frame.
-    #[error("the lights are given in a frame that cannot be placed: {0}")]
-    LightFrame(#[from] ros::tf::TfError),
+    /// The frame of the light directions is not connected to the base frame.
+    #[error("the lights' frame {frame:?} cannot be placed in {base:?}: {problem}")]
+    LightFrame {
+        /// `lights.frame_id`.
+        frame: String,
+        /// `base_frame_id`.
+        base: String,
+        /// What is missing.
+        #[source]
+        problem: Box<ros::tf::TfError>,
+    },
     /// An image has an encoding that carries no linear brightness.
     #[error("image {index} of the capture is encoded as {found:?}; allowed: mono16")]
     Encoding {

@@ -32,6 +32,7 @@ pub const NAME: &str = "normal_solver";
 /// Serves every configured camera until the node is shut down.
 pub async fn run(node: Node) -> Result<(), Error> {
     let parameters = Arc::new(Parameters::declare(&node)?);
+    parameters.check_lights()?;
     let transforms = Arc::new(tf::Listener::new(&node)?);
     let mut cameras = tokio::task::JoinSet::new();
     for camera in parameters.cameras.get() {

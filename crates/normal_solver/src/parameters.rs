@@ -1,10 +1,12 @@
 //! What can be set from outside.
 
+use geometry::RigidTransform;
 use photometric::nominal_panels;
 use ros::Node;
 use ros::parameters::{Parameter, ParameterHandle};
 
 use crate::error::Error;
+use crate::lights::lights_in_base;
 
 /// Where the panels' directions are taken from unless configured: the mat's centre, at half the height of a usual
 /// object (base frame, metres).
@@ -68,6 +70,12 @@ impl Parameters {
         };
         parameters.seal()?;
         Ok(declared)
+    }
+
+    /// The lights in the frame they are given in, if they make sense at all.
+    pub(crate) fn check_lights(&self) -> Result<(), Error> {
+        let (directions, intensities) = (self.light_directions.get(), self.light_intensities.get());
+        lights_in_base(&directions, &intensities, &RigidTransform::identity()).map(drop)
     }
 }
 

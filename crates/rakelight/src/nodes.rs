@@ -78,7 +78,7 @@ impl Running {
     pub(crate) async fn first_to_end(&mut self) -> Result<(), Failure> {
         match self.tasks.join_next().await {
             None => Ok(()),
-            Some(ended) => Ok(ended??),
+            Some(ended) => ended?.map_err(failure),
         }
     }
 
@@ -95,4 +95,20 @@ impl Running {
             }
         }
     }
+}
+
+/// A node that refuses its parameters was started wrongly; anything else is the job's failure.
+fn failure(error: anyhow::Error) -> Failure {
+    let by_solver = matches!(
+        error.downcast_ref(),
+        Some(normal_solver::Error::Parameter(_) | normal_solver::Error::LightLists { .. })
+    );
+    let by_player = matches!(
+        error.downcast_ref(),
+        Some(bag_player::Error::Parameter(_) | bag_player::Error::NoBag)
+    );
+    if by_solver || by_player {
+        return Failure::usage(error);
+    }
+    Failure::from(error)
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::anyhow;
 use clap::Args;
 use ros::{NodeOptions, RosArguments};
 
@@ -33,6 +34,9 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) async fn run(arguments: Arguments, ros_arguments: &RosArguments) -> Result<(), Failure> {
+    if !arguments.bag.exists() {
+        return Err(Failure::usage(anyhow!("no bag at {}", arguments.bag.display())));
+    }
     let options = |name: &str| ros_arguments.apply_to(NodeOptions::new(name).namespace(&arguments.namespace));
     let mut running = Running::default();
     if arguments.resolve {

@@ -74,7 +74,7 @@ fn nothing_is_overwritten_and_a_topic_keeps_its_type() {
 
 /// A Python with `rosbags` and `mcap`: the one named by the environment or the one the set-up made.
 fn python() -> Option<PathBuf> {
-    let named = std::env::var_os("RAKELIGHT_PYTHON").map(PathBuf::from);
+    let named = std::env::var_os("RAKELIGHT_VENV_PYTHON").map(PathBuf::from);
     let python = named.unwrap_or_else(|| root().join(".setup/venv/bin/python"));
     let probe = Command::new(&python)
         .args(["-c", "import rosbags.rosbag2, mcap.reader"])

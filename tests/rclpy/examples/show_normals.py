@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Shows normal maps as colours: show_normals.py [TOPIC] [--png FILE] [--window]"""
 import argparse, contextlib, cv2, numpy as np, rclpy
+from rclpy.executors import ExternalShutdownException
 from sensor_msgs.msg import Image
 
 parser = argparse.ArgumentParser()
@@ -9,8 +10,7 @@ parser.add_argument("--png", default="normals.png")
 parser.add_argument("--window", action="store_true", help="needs Python's tkinter")
 options = parser.parse_args()
 if options.window:
-    import tkinter
-    label = tkinter.Label()
+    import tkinter; label = tkinter.Label()
 
 def show(message):
     shape, strides = (message.height, message.width, 3), (message.step, 12, 4)
@@ -23,7 +23,7 @@ def show(message):
         label.configure(image=label.picture)
         label.pack(), label.update()
 
-with contextlib.suppress(KeyboardInterrupt), rclpy.init():
+with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException), rclpy.init():
     node = rclpy.create_node("show_normals")
     node.create_subscription(Image, options.topic, show, 1)
     rclpy.spin(node)

@@ -1,6 +1,6 @@
 //! Byte-for-byte agreement with rosbags, an independent implementation of CDR and of the interface grammar.
 //!
-//! Needs a Python with the package `rosbags`: `RAKELIGHT_PYTHON`, or the one the set-up makes.
+//! Needs a Python with the package `rosbags`: `RAKELIGHT_VENV_PYTHON`, or the one the set-up makes.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -22,7 +22,7 @@ fn repository() -> PathBuf {
 
 /// A Python that can import rosbags, or a loud word that there is none.
 fn python() -> Option<PathBuf> {
-    let named = std::env::var_os("RAKELIGHT_PYTHON").map(PathBuf::from);
+    let named = std::env::var_os("RAKELIGHT_VENV_PYTHON").map(PathBuf::from);
     let is_named = named.is_some();
     let python = named.unwrap_or_else(|| repository().join(".setup/venv/bin/python"));
     let can_import = Command::new(&python)
@@ -31,7 +31,10 @@ fn python() -> Option<PathBuf> {
         .status();
     match can_import {
         Ok(status) if status.success() => Some(python),
-        _ if is_named => panic!("RAKELIGHT_PYTHON is {}, which cannot import rosbags", python.display()),
+        _ if is_named => panic!(
+            "RAKELIGHT_VENV_PYTHON is {}, which cannot import rosbags",
+            python.display()
+        ),
         _ => {
             println!(
                 "SKIPPED: no Python with rosbags at {}; run `cargo xtask setup`",

@@ -9,7 +9,7 @@ mod report;
 mod resources;
 mod run;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -30,8 +30,9 @@ struct Arguments {
     /// Seconds for which 28 MB maps are sent at 1 Hz while the sender's memory is watched.
     #[arg(long, default_value_t = 60)]
     memory_seconds: u64,
-    /// Python interpreter with rclpy; without one the rclpy pairings are left out, and the report says so.
-    #[arg(long, env = "RAKELIGHT_PYTHON")]
+    /// Python interpreter with rclpy, by default the one that the set-up made; without one the rclpy pairings are left
+    /// out, and the report says so.
+    #[arg(long, env = "RAKELIGHT_VENV_PYTHON")]
     python: Option<PathBuf>,
 }
 
@@ -58,8 +59,8 @@ async fn main() -> anyhow::Result<ExitCode> {
         Some(Role::Subscribe(task)) => peer::subscribe(&task).await?,
         Some(Role::Idle { seconds }) => peer::idle(Duration::from_secs(seconds)).await?,
         None => {
-            let report =
-                run::everything(arguments.count, arguments.memory_seconds, arguments.python.as_deref()).await?;
+            let python = arguments.python.or_else(python_of_the_setup);
+            let report = run::everything(arguments.count, arguments.memory_seconds, python.as_deref()).await?;
             println!("{report}");
             if arguments.json {
                 println!("{}", serde_json::to_string(&report)?);
@@ -72,4 +73,9 @@ async fn main() -> anyhow::Result<ExitCode> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn python_of_the_setup() -> Option<PathBuf> {
+    let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.setup/venv/bin/python");
+    python.exists().then_some(python)
 }

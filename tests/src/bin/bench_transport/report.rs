@@ -38,11 +38,13 @@ pub(crate) struct Pair {
 }
 
 impl Report {
-    /// Whether every message of every pairing arrived.
+    /// Whether every pairing was measured and every message of it arrived.
     pub(crate) fn complete(&self) -> bool {
-        self.pairs
-            .iter()
-            .all(|pair| pair.sent > 0 && pair.delivered == pair.sent)
+        self.left_out.is_empty()
+            && self
+                .pairs
+                .iter()
+                .all(|pair| pair.sent > 0 && pair.delivered == pair.sent)
     }
 
     /// Median of Rust to rclpy over median of rclpy to rclpy.
@@ -75,7 +77,7 @@ impl fmt::Display for Report {
         )?;
         for pair in &self.pairs {
             let delivered = format!("{}/{}", pair.delivered, pair.sent);
-            let figure = |ms: Option<f64>| ms.map_or_else(|| "-".to_owned(), |ms| format!("{ms:.1}"));
+            let figure = |ms: Option<f64>| ms.map_or_else(|| "-".to_owned(), |ms| format!("{ms:.3}"));
             let (median, p99) = (figure(pair.median_ms), figure(pair.p99_ms));
             writeln!(
                 f,

@@ -52,7 +52,7 @@ pub(crate) async fn everything(count: usize, memory_seconds: u64, python: Option
         ] {
             if python.is_none() && (from == End::Rclpy || to == End::Rclpy) {
                 left_out.push(format!(
-                    "{} to {}, {bytes} bytes: no RAKELIGHT_PYTHON",
+                    "{} to {}, {bytes} bytes: no Python with rclpy; `cargo xtask setup` makes one",
                     from.name(),
                     to.name()
                 ));
@@ -62,8 +62,14 @@ pub(crate) async fn everything(count: usize, memory_seconds: u64, python: Option
             pairs.push(pair(from, to, bytes, count, python).await?);
         }
     }
-    let (handover_us, handover_shares_memory) = handover(count).await?;
-    pairs.push(in_process_pair(count, handover_us));
+    let mut handover_us = f64::NAN;
+    let mut handover_shares_memory = true;
+    for bytes in SIZES {
+        let handed_over = handover(bytes, count).await?;
+        handover_us = quantile(&handed_over.micros, 0.5).unwrap_or(f64::NAN);
+        handover_shares_memory &= handed_over.shared;
+        pairs.push(in_process_pair(bytes, count, &handed_over.micros));
+    }
     eprintln!("memory of a publisher, {memory_seconds} s ...");
     let rss_mb = publisher_memory(memory_seconds).await?;
     eprintln!("an idle node ...");
@@ -80,16 +86,16 @@ pub(crate) async fn everything(count: usize, memory_seconds: u64, python: Option
     })
 }
 
-fn in_process_pair(count: usize, handover_us: f64) -> Pair {
-    let median_ms = Some(handover_us / 1e3);
+fn in_process_pair(bytes: usize, sent: usize, micros: &[f64]) -> Pair {
+    let ms = |share| quantile(micros, share).map(|micros| micros / 1e3);
     Pair {
         from: "rust".into(),
         to: "same process".into(),
-        bytes: SIZES[1],
-        sent: count,
-        delivered: count,
-        median_ms,
-        p99_ms: None,
+        bytes,
+        sent,
+        delivered: micros.len(),
+        median_ms: ms(0.5),
+        p99_ms: ms(0.99),
     }
 }
 
@@ -163,25 +169,32 @@ async fn last_line<T: for<'de> Deserialize<'de>>(child: Child, what: &str) -> an
     serde_json::from_str(line).with_context(|| format!("the {what} printed {line:?}"))
 }
 
-/// Median time from `publish` to the subscriber of the same process, and whether it saw the same memory.
-async fn handover(count: usize) -> anyhow::Result<(f64, bool)> {
+/// Times from `publish` to the subscriber of the same process, and whether it always got the publisher's own memory.
+struct HandedOver {
+    micros: Vec<f64>,
+    shared: bool,
+}
+
+async fn handover(bytes: usize, count: usize) -> anyhow::Result<HandedOver> {
     let domain = Domain::claim();
     let (sender, receiver) = (domain.node("sender").await, domain.node("receiver").await);
     let publisher = sender.publisher::<Image>("/transport", Qos::MAP)?;
     let mut subscription = receiver.subscription::<Image>("/transport", Qos::MAP)?;
-    let mut micros = Vec::new();
-    let mut shared = true;
+    let mut handed_over = HandedOver {
+        micros: Vec::new(),
+        shared: true,
+    };
     for _ in 0..count {
-        let message = Arc::new(image(vec![0_u8; SIZES[1]].into()));
+        let message = Arc::new(image(vec![0_u8; bytes].into()));
         let start = Instant::now();
         publisher.publish(Arc::clone(&message))?;
         let received = subscription.next().await.context("the subscription ended")?;
-        micros.push(start.elapsed().as_secs_f64() * 1e6);
-        shared &= Arc::ptr_eq(&message, &received.message);
+        handed_over.micros.push(start.elapsed().as_secs_f64() * 1e6);
+        handed_over.shared &= Arc::ptr_eq(&message, &received.message);
     }
     sender.shutdown().await;
     receiver.shutdown().await;
-    Ok((quantile(&micros, 0.5).unwrap_or(f64::NAN), shared))
+    Ok(handed_over)
 }
 
 fn serialising() -> anyhow::Result<f64> {

@@ -1,0 +1,228 @@
+//! A capture through ROS: the player and the solver as nodes, what they publish, and what they refuse.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use interfaces::ByteSequence;
+use interfaces::builtin_interfaces::msg::Time;
+use interfaces::rakelight_msgs::msg::Exposure;
+use interfaces::sensor_msgs::msg::{CameraInfo, Image};
+use ros::{Node, NodeOptions, Publisher, Qos, Source};
+use scenarios::{Domain, Logs, TIMEOUT, eventually, within};
+use tokio::task::JoinHandle;
+
+const SIZE: usize = 4;
+
+fn bag() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../bags/octagon2")
+}
+
+async fn solver(options: NodeOptions) -> (Node, JoinHandle<Result<(), normal_solver::Error>>) {
+    let node = Node::start(options.namespace("/cell"))
+        .await
+        .expect("the solver's node starts");
+    (node.clone(), tokio::spawn(normal_solver::run(node)))
+}
+
+/// Normals of a map message, in rows.
+fn normals(map: &Image) -> Vec<[f32; 3]> {
+    let number = |bytes: &[u8]| f32::from_le_bytes(bytes.try_into().expect("four bytes"));
+    let pixel = |bytes: &[u8]| [number(&bytes[..4]), number(&bytes[4..8]), number(&bytes[8..])];
+    map.data.chunks_exact(12).map(pixel).collect()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_recorded_capture_becomes_a_normal_map() {
+    let domain = Domain::claim();
+    let viewer = domain.node("viewer").await;
+    let mut maps = viewer.subscription::<Image>("/cell/c1/normals", Qos::MAP).unwrap();
+    let mut infos = viewer
+        .subscription::<CameraInfo>("/cell/c1/camera_info", Qos::LATCHED)
+        .unwrap();
+    let (solver, _solving) = solver(domain.options("normal_solver")).await;
+    let player = domain
+        .options("bag_player")
+        .namespace("/cell")
+        .parameter("bag", bag().display().to_string())
+        .parameter("enlarge", 2)
+        .parameter("wait_for_subscriptions", TIMEOUT.as_secs_f64());
+    let player = Node::start(player).await.unwrap();
+    let played = within("the bag", bag_player::run(player.clone())).await.unwrap();
+    assert_eq!((played.published, played.left_out), (64, 0));
+
+    let received = within("a map", maps.next()).await.unwrap();
+    assert_eq!(received.source, Source::Process, "nodes of one process share the map");
+    let map = received.message;
+    assert_eq!((map.width, map.height, map.encoding.as_str()), (1024, 1024, "32FC3"));
+    assert_eq!(map.header.frame_id, "c1_optical_frame");
+    assert_eq!(
+        map.header.stamp,
+        Time {
+            sec: 1_700_000_000,
+            nanosec: 0
+        },
+        "the stamp of the first image"
+    );
+    let normals = normals(&map);
+    let unit = |n: &[f32; 3]| (n.iter().map(|x| x * x).sum::<f32>() - 1.0).abs() < 1e-3;
+    assert!(normals.iter().filter(|n| n[0].is_finite()).all(unit));
+    // The octagon's flat top, in the middle of the crop, faces up; the base frame's z axis is up.
+    let top = normals[512 * 1024 + 512];
+    assert!(top[2] > 0.98, "{top:?}");
+
+    let info = within("the camera", infos.next()).await.unwrap().message;
+    assert_eq!((info.width, info.header.frame_id.as_str()), (1024, "c1_optical_frame"));
+    player.shutdown().await;
+    solver.shutdown().await;
+}
+
+/// Sends captures by hand.
+struct Camera {
+    images: Publisher<Image>,
+    exposures: Publisher<Exposure>,
+}
+
+impl Camera {
+    async fn new(node: &Node) -> Self {
+        let camera = Self {
+            images: node.publisher("/cell/c1/image_raw", Qos::IMAGE).unwrap(),
+            exposures: node.publisher("/cell/c1/exposure", Qos::STREAM).unwrap(),
+        };
+        camera.images.wait_for_subscriptions(1, TIMEOUT).await.unwrap();
+        camera.exposures.wait_for_subscriptions(1, TIMEOUT).await.unwrap();
+        camera
+    }
+
+    /// A dark frame and seven equally bright ones; `spoil` changes an image before it is sent.
+    fn send(&self, capture: i32, spoil: impl Fn(u8, &mut Image)) {
+        for index in 0..8_u8 {
+            let mut exposure = Exposure {
+                capture_id: format!("capture {capture}"),
+                channel: index,
+                index,
+                count: 8,
+                ..Exposure::default()
+            };
+            exposure.header.stamp = Time {
+                sec: capture,
+                nanosec: u32::from(index),
+            };
+            exposure.header.frame_id = "c1_optical_frame".into();
+            let level: u16 = if index == 0 { 1000 } else { 20_000 };
+            let mut image = Image {
+                header: exposure.header.clone(),
+                width: SIZE as u32,
+                height: SIZE as u32,
+                encoding: "mono16".into(),
+                step: 2 * SIZE as u32,
+                data: ByteSequence::from(level.to_le_bytes().repeat(SIZE * SIZE)),
+                ..Image::default()
+            };
+            spoil(index, &mut image);
+            self.images.publish(Arc::new(image)).unwrap();
+            self.exposures.publish(Arc::new(exposure)).unwrap();
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_spoilt_capture_is_named_and_the_next_one_solved() {
+    let logs = Logs::collect();
+    let domain = Domain::claim();
+    let viewer = domain.node("viewer").await;
+    let mut maps = viewer
+        .subscription::<Image>("/cell/c1/normals", Qos::reliable(10))
+        .unwrap();
+    let (solver, _solving) = solver(domain.options("normal_solver")).await;
+    let camera = Camera::new(&viewer).await;
+
+    camera.send(1, |index, image| {
+        if index == 3 {
+            image.encoding = "rgb8".into();
+        }
+    });
+    logs.wait_for(&["capture 1", "image 3", "rgb8", "mono16"]).await;
+    camera.send(2, |index, image| {
+        if index == 5 {
+            image.data = vec![0; 3].into();
+        }
+    });
+    logs.wait_for(&["capture 2", "3 bytes"]).await;
+    camera.send(3, |index, image| {
+        if index == 6 {
+            image.header.stamp.sec = 999;
+        }
+    });
+    camera.send(4, |_, _| {});
+    logs.wait_for(&["capture 3", "void", "later capture"]).await;
+    let map = within("the map of capture 4", maps.next()).await.unwrap().message;
+    assert_eq!(map.header.stamp.sec, 4, "nothing of the spoilt captures is published");
+    assert!(normals(&map).iter().all(|n| n[2] > 0.5), "evenly lit, so facing up");
+    solver.shutdown().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn lights_in_a_frame_that_nobody_placed_are_an_error_not_an_identity() {
+    let logs = Logs::collect();
+    let domain = Domain::claim();
+    let viewer = domain.node("viewer").await;
+    let mut maps = viewer.subscription::<Image>("/cell/c1/normals", Qos::MAP).unwrap();
+    let (solver, solving) = solver(domain.options("normal_solver").parameter("lights.frame_id", "nowhere")).await;
+    let camera = Camera::new(&viewer).await;
+    camera.send(1, |_, _| {});
+    logs.wait_for(&["cannot be placed", "nowhere"]).await;
+    solver.shutdown().await;
+    within("the solver's end", solving).await.unwrap().unwrap();
+    viewer.shutdown().await;
+    assert!(maps.next().await.is_none(), "no map was published");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn start_values_that_mean_nothing_stop_the_node() {
+    let domain = Domain::claim();
+    for (name, value, expected) in [
+        ("saturatoin", 1.into(), "saturatoin"),
+        ("saturation", ros::ParameterValue::from(0), "1 to 65535"),
+        ("cameras", "c1".into(), "string array"),
+        ("lights.intensities", vec![1.0].into(), "lights.directions holds 21"),
+    ] {
+        let (node, solving) = solver(domain.options("normal_solver").parameter(name, value)).await;
+        let error = within("the refusal", solving).await.unwrap().unwrap_err().to_string();
+        assert!(error.contains(expected), "{name}: {error}");
+        node.shutdown().await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_bag_that_cannot_be_played_says_why() {
+    let domain = Domain::claim();
+    for (bag, expected) in [("", "parameter bag is empty"), ("/no/such/bag", "/no/such/bag")] {
+        let options = domain.options("bag_player").namespace("/cell").parameter("bag", bag);
+        let player = Node::start(options).await.unwrap();
+        let error = within("the refusal", bag_player::run(player.clone()))
+            .await
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(expected), "{bag:?}: {error}");
+        player.shutdown().await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_player_ends_with_its_node() {
+    let domain = Domain::claim();
+    let options = domain.options("bag_player").namespace("/cell");
+    let options = options
+        .parameter("bag", bag().display().to_string())
+        .parameter("loop", true);
+    let player = Node::start(options).await.unwrap();
+    let playing = tokio::spawn(bag_player::run(player.clone()));
+    let images = domain
+        .node("viewer")
+        .await
+        .subscription::<Image>("/cell/c1/image_raw", Qos::IMAGE)
+        .unwrap();
+    eventually("the player's images", || images.publisher_count() > 0).await;
+    player.shutdown().await;
+    within("the player's end", playing).await.unwrap().unwrap();
+}
