@@ -1,8 +1,9 @@
 // Arduino Uno (ATmega328P, 16 MHz). Panels L1..L7 on D4..D10, triggers of C1 and C2 on D11 and D12, all active high.
 //
-// Timer1 runs freely at 2 MHz. It is the clock, and its compare interrupt makes the edges: it comes LEAD_US early and
-// waits for the exact tick, so that other interrupts (the UART's, a few microseconds) do not move an edge. The core's
-// millis() timer is switched off; so is `Serial`, whose interrupts this file replaces.
+// Timer1 runs freely at 16 MHz and is the clock. Timer2 wakes the CPU LEAD_US before an edge is due, and its interrupt
+// then waits for the exact tick of Timer1, so that other interrupts (the UART's, a few microseconds) do not move an edge
+// and nothing but the set-up ever writes to the clock. The core's millis() timer is switched off; so is `Serial`, whose
+// interrupts this file replaces.
 #if defined(__AVR_ATmega328P__)
 #include "board.h"
 
@@ -15,9 +16,15 @@
 
 extern Controller controller;
 
-static const uint16_t LEAD_US = 16;
-// An edge nearer than this is waited for, because arming the timer for it could come too late.
-static const int32_t WAIT_US = 48;
+static const uint8_t TICKS_PER_US_LOG2 = 4;
+static const uint8_t WAKE_US_PER_TICK_LOG2 = 1;
+// Covers a tick of the wake-up timer and the longest time for which interrupts are off or busy.
+static const int32_t LEAD_US = 40;
+// An edge nearer than this is waited for: not worth a wake-up. Less than a byte on the line (87 us), of which the UART
+// holds two while interrupts are off.
+static const int32_t WAIT_US = 72;
+// An edge further away is looked at again after this.
+static const int32_t LONGEST_NAP_US = 400;
 
 static volatile uint32_t overflows;
 
@@ -55,7 +62,7 @@ static uint32_t micros_locked() {
   uint16_t ticks = TCNT1;
   uint32_t high = overflows;
   if ((TIFR1 & _BV(TOV1)) && ticks < 0x8000) high++;
-  return (high << 15) | (ticks >> 1);
+  return (high << (16 - TICKS_PER_US_LOG2)) | (ticks >> TICKS_PER_US_LOG2);
 }
 
 uint32_t board_micros() {
@@ -84,29 +91,32 @@ uint32_t board_write(Pins pins) {
 // ---- edges ----
 
 static inline void wait_for(uint32_t due) {
-  uint16_t due_ticks = (uint16_t)(due << 1);
+  uint16_t due_ticks = (uint16_t)(due << TICKS_PER_US_LOG2);
   while ((int16_t)(TCNT1 - due_ticks) < 0) {
   }
 }
 
+static void wake_in(int32_t micros) {
+  if (micros > LONGEST_NAP_US) micros = LONGEST_NAP_US;
+  OCR2A = (uint8_t)(micros >> WAKE_US_PER_TICK_LOG2);
+  TCNT2 = 0;
+  TIFR2 = _BV(OCF2A);
+  TIMSK2 = _BV(OCIE2A);
+}
+
 static void make_due_edges() {
   Sequencer& sequencer = controller.sequencer;
-  while (sequencer.active() && (int32_t)(sequencer.due() - micros_locked()) < WAIT_US) {
+  while (sequencer.active()) {
+    int32_t left = (int32_t)(sequencer.due() - micros_locked());
+    if (left >= WAIT_US) return wake_in(left - LEAD_US);
     Pins pins = sequencer.pins();
     wait_for(sequencer.due());
     sequencer.fired(board_write(pins));
   }
-  if (!sequencer.active()) {
-    TIMSK1 &= ~_BV(OCIE1A);
-    return;
-  }
-  OCR1A = (uint16_t)((sequencer.due() - LEAD_US) << 1);
-  TIFR1 = _BV(OCF1A);
-  TIMSK1 |= _BV(OCIE1A);
+  TIMSK2 = 0;
 }
 
-// The compare matches once per turn of the timer (32.8 ms); an edge of a later turn is not due yet.
-ISR(TIMER1_COMPA_vect) { make_due_edges(); }
+ISR(TIMER2_COMPA_vect) { make_due_edges(); }
 
 void board_arm() { make_due_edges(); }
 
@@ -172,9 +182,12 @@ void board_begin() {
 
   TIMSK0 = 0;
   TCCR1A = 0;
-  TCCR1B = _BV(CS11);  // 16 MHz / 8
+  TCCR1B = _BV(CS10);
   TCNT1 = 0;
   TIMSK1 = _BV(TOIE1);
+  TCCR2A = 0;
+  TCCR2B = _BV(CS21) | _BV(CS20);  // 16 MHz / 32
+  TIMSK2 = 0;
 
   // 115200 baud, 8N1, as the Uno's own USB chip makes it: 2.1 % fast on both sides.
   UCSR0A = _BV(U2X0);

@@ -213,7 +213,7 @@ void Controller::poll() {
   if (running_ == SEQ) report_steps();
   if (!active) {
     report_end(running_ == SEQ ? COMPLETE : EXPIRED);
-  } else if (now - last_frame_at_ >= WATCHDOG_MS * 1000UL) {
+  } else if ((int32_t)(now - last_frame_at_) >= WATCHDOG_MS * 1000L) {
     stop(SILENCE);
   }
 }

@@ -2,7 +2,7 @@
  *
  *   send HEX     bytes for the UART, one after another at the line's speed, while the time of `run` passes
  *   run MICROS   lets simulated time pass
- *   hang         from now on the firmware's main loop gets nowhere (to see the hardware watchdog act)
+ *   hang         the firmware gets nowhere until its next reset (to see the hardware watchdog act)
  *
  * It prints, with the CPU cycle (16 to the microsecond) of each:
  *   uart CYCLE HEX       a byte from the firmware
@@ -29,6 +29,9 @@ static avr_irq_t *uart_in;
 static uint8_t queue[LINE];
 static size_t queued, sent;
 static avr_cycle_count_t next_byte_at;
+static int hung;
+static avr_flashaddr_t hung_at;
+static uint8_t displaced[2];
 
 static void on_uart(avr_irq_t *irq, uint32_t value, void *param) {
   (void)irq;
@@ -58,6 +61,20 @@ static void watch_uart(void) {
   uart_in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT);
 }
 
+/* Replaces the next instruction by a jump to itself (rjmp .-2). */
+static void hang(void) {
+  hung_at = avr->pc;
+  memcpy(displaced, avr->flash + hung_at, sizeof displaced);
+  avr->flash[hung_at] = 0xff;
+  avr->flash[hung_at + 1] = 0xcf;
+  hung = 1;
+}
+
+static void recover(void) {
+  memcpy(avr->flash + hung_at, displaced, sizeof displaced);
+  hung = 0;
+}
+
 static void run(unsigned long micros) {
   avr_cycle_count_t end = avr->cycle + (avr_cycle_count_t)micros * CYCLES_PER_US;
   while (avr->cycle < end) {
@@ -66,6 +83,7 @@ static void run(unsigned long micros) {
       next_byte_at = avr->cycle + CYCLES_PER_BYTE;
     }
     int state = avr_run(avr);
+    if (hung && avr->pc == 0) recover();
     if (state == cpu_Done || state == cpu_Crashed) {
       fprintf(stderr, "the simulated CPU stopped, state %d\n", state);
       exit(1);
@@ -78,12 +96,6 @@ static void run(unsigned long micros) {
 static void queue_bytes(const char *hex) {
   unsigned byte;
   for (; sscanf(hex, "%2x", &byte) == 1 && queued < sizeof queue; hex += 2) queue[queued++] = (uint8_t)byte;
-}
-
-/* Replaces the next instruction by a jump to itself (rjmp .-2). */
-static void hang(void) {
-  avr->flash[avr->pc] = 0xff;
-  avr->flash[avr->pc + 1] = 0xcf;
 }
 
 static int obey(char *line) {
