@@ -1,5 +1,6 @@
 //! Programs that come from the system's packages.
 
+use std::path::Path;
 use std::process::Stdio;
 
 use anyhow::{Result, bail};
@@ -16,7 +17,7 @@ struct Need {
     debian_packages: &'static [&'static str],
 }
 
-const NEEDS: [Need; 6] = [
+const NEEDS: [Need; 11] = [
     Need {
         what: "a C compiler",
         present: |_| has("cc"),
@@ -47,10 +48,39 @@ const NEEDS: [Need; 6] = [
         present: python::has_interpreter,
         debian_packages: &["python3.11", "python3.11-dev", "python3.11-venv"],
     },
+    Need {
+        what: "a C++ compiler for AVR (the lights' firmware)",
+        present: |_| has("avr-g++"),
+        debian_packages: &["gcc-avr"],
+    },
+    Need {
+        what: "the AVR C library",
+        present: |_| exists("/usr/lib/avr/include/avr/io.h"),
+        debian_packages: &["avr-libc"],
+    },
+    Need {
+        what: "the Arduino core for AVR",
+        present: |_| exists("/usr/share/arduino/hardware/arduino/avr/cores/arduino/Arduino.h"),
+        debian_packages: &["arduino-core-avr"],
+    },
+    Need {
+        what: "the AVR simulator's library",
+        present: |_| exists("/usr/include/simavr/sim_avr.h"),
+        debian_packages: &["libsimavr-dev"],
+    },
+    Need {
+        what: "the ELF library's headers",
+        present: |_| exists("/usr/include/libelf.h"),
+        debian_packages: &["libelf-dev"],
+    },
 ];
 
 fn has(program: &str) -> bool {
     find_program(program).is_some()
+}
+
+fn exists(path: &str) -> bool {
+    Path::new(path).exists()
 }
 
 fn unmet(repository: &Repository) -> Vec<&'static Need> {
