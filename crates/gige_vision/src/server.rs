@@ -206,13 +206,18 @@ fn answer(shared: &Shared, socket: &UdpSocket, from: SocketAddrV4, datagram: &[u
 }
 
 /// A broadcast is answered from the control port, so that the host learns the device's own address.
+///
+/// Hosts ask on each of their interfaces, and the system hands all of that to this socket. A device on loopback must
+/// not be found through another interface: the host would then wait for the stream there.
 fn serve_discovery(shared: &Shared, broadcasts: &UdpSocket, control: &UdpSocket) {
     let mut datagram = [0; 64];
+    let ip = shared.device().ip();
     while !shared.has_ended() {
         match broadcasts.recv_from(&mut datagram) {
             Ok((length, SocketAddr::V4(from))) => {
                 let heard = &datagram[..length];
-                if Request::decode(heard).is_ok_and(|request| request.command == Command::Discovery) {
+                let is_our_link = from.ip().is_loopback() || !ip.is_loopback();
+                if is_our_link && Request::decode(heard).is_ok_and(|request| request.command == Command::Discovery) {
                     answer(shared, control, from, heard);
                 }
             }

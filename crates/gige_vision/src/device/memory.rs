@@ -193,15 +193,20 @@ impl Memory {
         }
     }
 
-    /// A change of binning makes the whole sensor the region.
+    /// A change of binning leaves of the region what is still on the sensor.
     fn fit_region_to_binning(&mut self, address: u32) {
         let is = |register: Register| address == register.address();
         if is(Register::BinningHorizontal) || is(Register::BinningVertical) {
             let (width, height) = self.binned_sensor();
-            self.set(Register::OffsetX, 0);
-            self.set(Register::OffsetY, 0);
-            self.set(Register::Width, width);
-            self.set(Register::Height, height);
+            self.fit(Register::OffsetX, Register::Width, width);
+            self.fit(Register::OffsetY, Register::Height, height);
+        }
+    }
+
+    fn fit(&mut self, offset: Register, size: Register, most: u32) {
+        if self.get(offset) + self.get(size) > most {
+            self.set(offset, 0);
+            self.set(size, self.get(size).min(most));
         }
     }
 

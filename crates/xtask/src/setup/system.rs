@@ -16,7 +16,7 @@ struct Need {
     debian_packages: &'static [&'static str],
 }
 
-const NEEDS: [Need; 6] = [
+const NEEDS: [Need; 7] = [
     Need {
         what: "a C compiler",
         present: |_| has("cc"),
@@ -46,6 +46,12 @@ const NEEDS: [Need; 6] = [
         what: "CPython 3.11 with headers and venv",
         present: python::has_interpreter,
         debian_packages: &["python3.11", "python3.11-dev", "python3.11-venv"],
+    },
+    Need {
+        what: "the camera tools of Aravis (arv-tool-0.8, arv-camera-test-0.8)",
+        present: |_| has("arv-tool-0.8") && has("arv-camera-test-0.8"),
+        // Debian splits them: the second package has the tests and the viewer.
+        debian_packages: &["aravis-tools-cli", "aravis-tools"],
     },
 ];
 
