@@ -6,11 +6,11 @@ use std::time::Duration;
 use crate::bootstrap as at;
 use crate::config::DeviceConfig;
 use crate::features::{
-    COLUMN_STEP, FEATURES, HEARTBEAT_MILLIS, Kind, LEAST_PACKET_SIZE, MOST_PACKET_DELAY, MOST_PACKET_SIZE,
-    REGISTER_COUNT, own_feature,
+    COLUMN_STEP, FEATURES, HEARTBEAT_MILLIS, Kind, LEAST_PACKET_SIZE, MOST_PACKET_DELAY, MOST_PACKET_SIZE, own_feature,
 };
 use crate::genicam;
 use crate::gvcp::{MAX_MEMORY_BYTES, Refusal};
+use crate::register::REGISTER_COUNT;
 use crate::{PixelFormat, Register};
 
 const USER_NAME_BYTES: usize = 16;
