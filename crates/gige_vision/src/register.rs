@@ -21,7 +21,7 @@ pub enum Register {
     OffsetX,
     /// First row.
     OffsetY,
-    /// A [`PixelFormat`] code.
+    /// A [`PixelFormat`](crate::PixelFormat) code.
     PixelFormat,
     /// 0 continuous, 1 single frame, 2 multi frame.
     AcquisitionMode,

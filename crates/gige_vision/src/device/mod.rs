@@ -1,12 +1,14 @@
 //! The device without its sockets: datagrams and times go in, datagrams and exposures come out.
 
 mod acquisition;
+mod control;
 mod memory;
 
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::time::Duration;
 
 use self::acquisition::Acquisition;
+use self::control::Controller;
 use self::memory::Memory;
 use crate::bootstrap as at;
 use crate::config::{Counters, DeviceConfig, Faults};
@@ -27,14 +29,6 @@ pub enum Step {
     Wait(Duration),
     /// Come back when something was heard or triggered.
     Idle,
-}
-
-/// The client that holds control.
-#[derive(Debug, Clone, Copy)]
-struct Controller {
-    address: SocketAddrV4,
-    heard_at: Duration,
-    exclusive: bool,
 }
 
 /// A write that was carried out, so that its repetition (the answer got lost) is answered and not carried out again.
@@ -126,12 +120,6 @@ impl Device {
         acknowledge.then(|| Answer::Refused { command, refusal }.encode(id))
     }
 
-    fn note_heartbeat(&mut self, now: Duration, from: SocketAddrV4) {
-        if let Some(controller) = self.controller.as_mut().filter(|controller| controller.address == from) {
-            controller.heard_at = now;
-        }
-    }
-
     fn carry_out(&mut self, now: Duration, from: SocketAddrV4, command: &Command) -> Option<Answer> {
         let (code, outcome) = match command {
             Command::Discovery => (0x0002, Ok(Answer::Discovery(self.memory.bootstrap(DISCOVERY_BYTES)))),
@@ -197,22 +185,6 @@ impl Device {
         Ok(Answer::WriteMemory(address))
     }
 
-    fn may_read(&self, from: SocketAddrV4) -> Result<(), Refusal> {
-        let denied = |controller: Controller| controller.exclusive && controller.address != from;
-        if self.controller.is_some_and(denied) {
-            return Err(Refusal::AccessDenied);
-        }
-        Ok(())
-    }
-
-    fn may_write(&self, from: SocketAddrV4) -> Result<(), Refusal> {
-        if self.controller.is_some_and(|controller| controller.address == from) {
-            Ok(())
-        } else {
-            Err(Refusal::AccessDenied)
-        }
-    }
-
     fn write(&mut self, now: Duration, from: SocketAddrV4, address: u32, value: u32) -> Result<(), Refusal> {
         if address == at::CONTROL_PRIVILEGE {
             return self.write_privilege(now, from, value);
@@ -241,42 +213,6 @@ impl Device {
         if is_closed || was_closed {
             self.transmitter.clear();
             self.acquisition.restart_block_ids();
-        }
-    }
-
-    fn write_privilege(&mut self, now: Duration, from: SocketAddrV4, value: u32) -> Result<(), Refusal> {
-        if self.controller.is_some_and(|controller| controller.address != from) {
-            return Err(Refusal::AccessDenied);
-        }
-        if value & (at::PRIVILEGE_CONTROL | at::PRIVILEGE_EXCLUSIVE) == 0 {
-            self.release_control();
-            return Ok(());
-        }
-        let exclusive = value & at::PRIVILEGE_EXCLUSIVE != 0;
-        self.controller = Some(Controller {
-            address: from,
-            heard_at: now,
-            exclusive,
-        });
-        self.memory.set_privilege(value & 3);
-        Ok(())
-    }
-
-    fn release_control(&mut self) {
-        self.controller = None;
-        self.acquisition.stop();
-        self.transmitter.clear();
-        self.test_packet = false;
-        self.last_write = None;
-        self.memory.close();
-    }
-
-    fn expire_control(&mut self, now: Duration) {
-        let timeout = self.memory.heartbeat_timeout();
-        let silent = |controller: Controller| now.saturating_sub(controller.heard_at) > timeout;
-        if self.controller.is_some_and(silent) {
-            self.counters.heartbeats_lost += 1;
-            self.release_control();
         }
     }
 
