@@ -93,6 +93,7 @@ fn write_computed(xml: &mut String, name: &str, formula: &str, variables: &[&str
     put(xml, format_args!("<Formula>{formula}</Formula></IntSwissKnife>\n"));
 }
 
+/// What users see of a feature, and the register behind it.
 fn write_feature(xml: &mut String, feature: &Feature) {
     let Feature { name, tooltip, .. } = feature;
     let head = format!("Name=\"{name}\" NameSpace=\"Standard\"><ToolTip>{tooltip}</ToolTip>");
@@ -105,83 +106,62 @@ fn write_feature(xml: &mut String, feature: &Feature) {
             limit,
         } => {
             let max = limit.map_or(format!("<Max>{most}</Max>"), |node| format!("<pMax>{node}</pMax>"));
-            put(
-                xml,
-                format_args!("<Integer {head}{value}<Min>{least}</Min>{max}<Inc>{step}</Inc></Integer>\n"),
-            );
-            write_register(xml, feature, 4);
+            let range = format!("<Min>{least}</Min>{max}<Inc>{step}</Inc>");
+            put(xml, format_args!("<Integer {head}{value}{range}</Integer>\n"));
         }
-        Kind::Float {
-            per_unit,
-            unit,
-            least,
-            most,
-        } => {
-            let (least, most) = (
-                f64::from(least) / f64::from(per_unit),
-                f64::from(most) / f64::from(per_unit),
-            );
-            put(
-                xml,
-                format_args!(
-                    "<Float {head}<pValue>{name}Converter</pValue><Min>{least}</Min><Max>{most}</Max>\
-                     <Unit>{unit}</Unit></Float>\n<Converter Name=\"{name}Converter\">\
-                     <FormulaTo>FROM * {per_unit}</FormulaTo><FormulaFrom>TO / {per_unit}.0</FormulaFrom>{value}\
-                     <Slope>Increasing</Slope></Converter>\n"
-                ),
-            );
-            write_register(xml, feature, 4);
-        }
+        Kind::Float { .. } => write_float(xml, feature, &head),
         Kind::Enumeration(entries) => {
-            put(xml, format_args!("<Enumeration {head}"));
-            for (entry, code) in entries {
-                put(
-                    xml,
-                    format_args!(
-                        "<EnumEntry Name=\"{entry}\" NameSpace=\"Standard\"><Value>{code}</Value></EnumEntry>"
-                    ),
-                );
-            }
-            put(xml, format_args!("{value}</Enumeration>\n"));
-            write_register(xml, feature, 4);
+            let entries: String = entries.iter().map(enum_entry).collect();
+            put(xml, format_args!("<Enumeration {head}{entries}{value}</Enumeration>\n"));
         }
         Kind::Command(code) => {
-            put(
-                xml,
-                format_args!("<Command {head}{value}<CommandValue>{code}</CommandValue></Command>\n"),
-            );
-            write_register(xml, feature, 4);
+            let code = format!("<CommandValue>{code}</CommandValue>");
+            put(xml, format_args!("<Command {head}{value}{code}</Command>\n"));
         }
-        Kind::Text(length) => put(
-            xml,
-            format_args!("<StringReg {head}{}</StringReg>\n", register_body(feature, length)),
-        ),
-        Kind::Wide => {
-            put(xml, format_args!("<Integer {head}{value}</Integer>\n"));
-            write_register(xml, feature, 8);
+        // Text is its own register.
+        Kind::Text(length) => {
+            let body = register_body(feature, length);
+            put(xml, format_args!("<StringReg {head}{body}</StringReg>\n"));
         }
-        Kind::Bits {
-            lowest,
-            highest,
-            least,
-            most,
-        } => {
-            put(
-                xml,
-                format_args!("<Integer {head}{value}<Min>{least}</Min><Max>{most}</Max></Integer>\n"),
-            );
-            // Big-endian registers count their bits from the most significant.
-            let bits = format!("<LSB>{}</LSB><MSB>{}</MSB>", 31 - lowest, 31 - highest);
-            write_masked(xml, feature, &bits);
+        Kind::Wide => put(xml, format_args!("<Integer {head}{value}</Integer>\n")),
+        Kind::Bits { least, most, .. } => {
+            let range = format!("<Min>{least}</Min><Max>{most}</Max>");
+            put(xml, format_args!("<Integer {head}{value}{range}</Integer>\n"));
         }
-        Kind::Flag(bit) => {
-            put(
-                xml,
-                format_args!("<Boolean {head}{value}<OnValue>1</OnValue><OffValue>0</OffValue></Boolean>\n"),
-            );
-            write_masked(xml, feature, &format!("<Bit>{}</Bit>", 31 - bit));
+        Kind::Flag(_) => {
+            let values = "<OnValue>1</OnValue><OffValue>0</OffValue>";
+            put(xml, format_args!("<Boolean {head}{value}{values}</Boolean>\n"));
         }
     }
+    write_register(xml, feature);
+}
+
+fn enum_entry((name, code): &(&str, u32)) -> String {
+    format!("<EnumEntry Name=\"{name}\" NameSpace=\"Standard\"><Value>{code}</Value></EnumEntry>")
+}
+
+fn write_float(xml: &mut String, feature: &Feature, head: &str) {
+    let Kind::Float {
+        per_unit,
+        unit,
+        least,
+        most,
+    } = feature.kind
+    else {
+        return;
+    };
+    let name = feature.name;
+    let in_units = |count: u32| f64::from(count) / f64::from(per_unit);
+    let (least, most) = (in_units(least), in_units(most));
+    put(
+        xml,
+        format_args!(
+            "<Float {head}<pValue>{name}Converter</pValue><Min>{least}</Min><Max>{most}</Max><Unit>{unit}</Unit>\
+             </Float>\n<Converter Name=\"{name}Converter\"><FormulaTo>FROM * {per_unit}</FormulaTo>\
+             <FormulaFrom>TO / {per_unit}.0</FormulaFrom><pValue>{name}Register</pValue>\
+             <Slope>Increasing</Slope></Converter>\n"
+        ),
+    );
 }
 
 fn register_body(feature: &Feature, length: u32) -> String {
@@ -197,24 +177,24 @@ fn register_body(feature: &Feature, length: u32) -> String {
     )
 }
 
-fn write_register(xml: &mut String, feature: &Feature, length: u32) {
+/// Big-endian registers count their bits from the most significant.
+fn write_register(xml: &mut String, feature: &Feature) {
+    let (element, length, bits) = match feature.kind {
+        Kind::Text(_) => return,
+        Kind::Bits { lowest, highest, .. } => {
+            let bits = format!("<LSB>{}</LSB><MSB>{}</MSB>", 31 - lowest, 31 - highest);
+            ("MaskedIntReg", 4, bits)
+        }
+        Kind::Flag(bit) => ("MaskedIntReg", 4, format!("<Bit>{}</Bit>", 31 - bit)),
+        Kind::Wide => ("IntReg", 8, String::new()),
+        _ => ("IntReg", 4, String::new()),
+    };
     let body = register_body(feature, length);
     put(
         xml,
         format_args!(
-            "<IntReg Name=\"{}Register\">{body}<Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>\n",
-            feature.name
-        ),
-    );
-}
-
-fn write_masked(xml: &mut String, feature: &Feature, bits: &str) {
-    let body = register_body(feature, 4);
-    put(
-        xml,
-        format_args!(
-            "<MaskedIntReg Name=\"{}Register\">{body}{bits}<Sign>Unsigned</Sign>\
-             <Endianess>BigEndian</Endianess></MaskedIntReg>\n",
+            "<{element} Name=\"{}Register\">{body}{bits}<Sign>Unsigned</Sign>\
+             <Endianess>BigEndian</Endianess></{element}>\n",
             feature.name
         ),
     );
