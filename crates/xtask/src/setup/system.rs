@@ -17,7 +17,7 @@ struct Need {
     debian_packages: &'static [&'static str],
 }
 
-const NEEDS: [Need; 11] = [
+const NEEDS: [Need; 12] = [
     Need {
         what: "a C compiler",
         present: |_| has("cc"),
@@ -72,6 +72,12 @@ const NEEDS: [Need; 11] = [
         what: "the ELF library's headers",
         present: |_| exists("/usr/include/libelf.h"),
         debian_packages: &["libelf-dev"],
+    },
+    Need {
+        what: "the camera tools of Aravis (arv-tool-0.8, arv-camera-test-0.8)",
+        present: |_| has("arv-tool-0.8") && has("arv-camera-test-0.8"),
+        // Debian splits them: the second package has the tests and the viewer.
+        debian_packages: &["aravis-tools-cli", "aravis-tools"],
     },
 ];
 
