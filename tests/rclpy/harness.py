@@ -194,18 +194,22 @@ class Peer:
         self.spin_until(lambda: publisher.get_subscription_count() >= readers, f"{readers} readers of {topic}")
         return publisher
 
-    def publish_until(self, publisher, message, condition, what, timeout=TIMEOUT):
-        """Publishes until it has had an effect: a match is seen on one side before the other side knows of it."""
-        published = 0.0
+    def act_until(self, action, condition, what, timeout=TIMEOUT):
+        """Acts again and again until it has had an effect: one side of a match knows of it before the other does."""
+        acted = None
 
-        def publish_and_ask():
-            nonlocal published
-            if time.monotonic() - published > 2.0:
-                publisher.publish(message)
-                published = time.monotonic()
+        def act_and_ask():
+            nonlocal acted
+            if acted is None or time.monotonic() - acted > 2.0:
+                action()
+                acted = time.monotonic()
             return condition()
 
-        return self.spin_until(publish_and_ask, what, timeout)
+        return self.spin_until(act_and_ask, what, timeout)
+
+    def publish_until(self, publisher, message, condition, what, timeout=TIMEOUT):
+        """Publishes until it has had an effect."""
+        return self.act_until(lambda: publisher.publish(message), condition, what, timeout)
 
     def call(self, kind, name, request, timeout=TIMEOUT):
         """The response of a service that must appear within the time too."""
