@@ -20,10 +20,12 @@
 mod camera;
 mod distortion;
 mod error;
+mod mesh;
 mod rigid_transform;
 
 pub use camera::PinholeCamera;
 pub use distortion::PlumbBob;
 pub use error::GeometryError;
+pub use mesh::TriangleMesh;
 pub use nalgebra;
 pub use rigid_transform::RigidTransform;

@@ -17,7 +17,7 @@ struct Need {
     debian_packages: &'static [&'static str],
 }
 
-const NEEDS: [Need; 12] = [
+const NEEDS: [Need; 14] = [
     Need {
         what: "a C compiler",
         present: |_| has("cc"),
@@ -72,6 +72,16 @@ const NEEDS: [Need; 12] = [
         what: "the ELF library's headers",
         present: |_| exists("/usr/include/libelf.h"),
         debian_packages: &["libelf-dev"],
+    },
+    Need {
+        what: "the camera library Aravis (headers)",
+        present: |_| exists("/usr/include/aravis-0.8/arv.h"),
+        debian_packages: &["libaravis-dev"],
+    },
+    Need {
+        what: "the USB library's headers, which Aravis' own ask for",
+        present: |_| exists("/usr/include/libusb-1.0/libusb.h"),
+        debian_packages: &["libusb-1.0-0-dev"],
     },
     Need {
         what: "the camera tools of Aravis (arv-tool-0.8, arv-camera-test-0.8)",

@@ -1,0 +1,1 @@
+//! The driver of the light controller on a serial port.

@@ -1,0 +1,1 @@
+//! The world, its cameras and its lights, together.

@@ -1,0 +1,1 @@
+//! Objects made by code or read from mesh files.
