@@ -5,6 +5,7 @@
 //!   namespace: /cell
 //!   discovery_range: localhost     # or subnet; without it, the environment decides
 //!   domain_id: 7                   # 0..=101; without it, the environment decides
+//!   simulator: worlds/table.yaml   # world of the simulated cell, relative to this file; none on hardware
 //!   processes:
 //!     vision: [bag_player, normal_solver]
 //! normal_solver:
@@ -14,7 +15,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::Deserialize;
@@ -40,6 +41,8 @@ pub struct Cell {
     pub discovery_range: Option<DiscoveryRange>,
     /// The ROS domain; `None` = as the environment says.
     pub domain_id: Option<u16>,
+    /// World file of the simulated cell; `None` on hardware.
+    pub simulator: Option<PathBuf>,
     /// Names of nodes by name of process.
     pub processes: BTreeMap<String, Vec<String>>,
 }
@@ -117,6 +120,7 @@ struct WrittenCell {
     namespace: String,
     discovery_range: Option<WrittenRange>,
     domain_id: Option<u16>,
+    simulator: Option<PathBuf>,
     processes: BTreeMap<String, Vec<String>>,
 }
 
@@ -148,6 +152,7 @@ impl Checker<'_> {
             WrittenRange::Localhost => DiscoveryRange::Localhost,
             WrittenRange::Subnet => DiscoveryRange::Subnet,
         });
+        let simulator = written.simulator.map(|world| self.beside(&world)).transpose()?;
         let WrittenCell {
             namespace,
             domain_id,
@@ -158,7 +163,23 @@ impl Checker<'_> {
             namespace,
             discovery_range,
             domain_id,
+            simulator,
             processes,
+        })
+    }
+
+    /// A path that is written relative to the config's own folder.
+    fn beside(&self, path: &Path) -> Result<PathBuf, ParameterError> {
+        if path.as_os_str().is_empty() {
+            return Err(ParameterError::Form {
+                origin: self.origin("simulator"),
+                found: "simulator is empty".into(),
+                allowed: "the path of a world file, or no such key on hardware".into(),
+            });
+        }
+        Ok(match Path::new(self.source).parent() {
+            Some(folder) => folder.join(path),
+            None => path.to_owned(),
         })
     }
 
@@ -231,6 +252,21 @@ normal_solver:
             overrides.keys().collect::<Vec<_>>(),
             ["signal_threshold", "use_sim_time"]
         );
+    }
+
+    #[test]
+    fn the_world_lies_relative_to_the_config() {
+        let world = |line: &str, source: &str| {
+            let text = TEXT.replacen("domain_id: 7", line, 1);
+            LaunchConfig::parse(&text, source).map(|config| config.cell.simulator)
+        };
+        let relative = world("simulator: worlds/table.yaml", "configs/sim.yaml").unwrap();
+        assert_eq!(relative.as_deref(), Some(Path::new("configs/worlds/table.yaml")));
+        let absolute = world("simulator: /worlds/table.yaml", "configs/sim.yaml").unwrap();
+        assert_eq!(absolute.as_deref(), Some(Path::new("/worlds/table.yaml")));
+        assert_eq!(world("domain_id: 7", "sim.yaml").unwrap(), None);
+        let error = world("simulator: ''", "sim.yaml").unwrap_err().to_string();
+        assert!(error.starts_with("sim.yaml:3: simulator is empty; allowed: "), "{error}");
     }
 
     #[test]
