@@ -101,6 +101,24 @@ pub enum GeometryError {
         /// Newton steps taken.
         iterations: usize,
     },
+    /// A triangle names a corner that is not there.
+    #[error("triangle {triangle} uses vertex {vertex}, there are {vertices}")]
+    VertexIndex {
+        /// Position of the triangle in its mesh.
+        triangle: usize,
+        /// The vertex it uses.
+        vertex: u32,
+        /// Vertices of the mesh.
+        vertices: usize,
+    },
+    /// More triangles than indices of 31 bits can name.
+    #[error("mesh has {triangles} triangles, allowed are {allowed}")]
+    TooManyTriangles {
+        /// As given.
+        triangles: usize,
+        /// Most that are understood.
+        allowed: usize,
+    },
 }
 
 /// Passes finite numbers through and names the others.

@@ -1,4 +1,4 @@
-//! Rigid transforms between named frames and the pinhole camera with distortion.
+//! Rigid transforms between named frames, the pinhole camera with distortion, triangle meshes and rays against them.
 //!
 //! Lengths are metres, angles radians, pixels count from the centre of the top left pixel (0, 0). A transform is named
 //! `target_from_source`; in a product neighbouring names cancel. This crate knows no messages, files or clocks: values
@@ -17,15 +17,19 @@
 //! # Ok::<(), geometry::GeometryError>(())
 //! ```
 
+mod bvh;
 mod camera;
 mod distortion;
 mod error;
 mod mesh;
+mod ray;
 mod rigid_transform;
 
+pub use bvh::TriangleBvh;
 pub use camera::PinholeCamera;
 pub use distortion::PlumbBob;
 pub use error::GeometryError;
 pub use mesh::TriangleMesh;
 pub use nalgebra;
+pub use ray::{Hit, Ray};
 pub use rigid_transform::RigidTransform;
