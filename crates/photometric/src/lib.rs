@@ -3,7 +3,8 @@
 //! Brightness of a matte surface under several known lights gives its normal at every pixel. This crate takes exposure
 //! stacks and light models and returns normal maps with diagnostics; it knows no cameras, files or messages. For now it
 //! has distant lights and plain least squares ([`least_squares_normals`]): no shadow test, no near field, no bounced
-//! light.
+//! light. Beside that it tells from a capture whether the panels are in order ([`LightMeasurement`]) and whether the
+//! exposure is right ([`Brightness`]).
 //!
 //! ```
 //! use imaging::{ExposureStack, Image};
@@ -25,12 +26,16 @@
 
 mod directional_light;
 mod error;
+mod exposure_control;
 mod least_squares;
+mod light_health;
 mod light_matrix;
 mod nominal_rig;
 mod row_solver;
 
 pub use directional_light::DirectionalLight;
 pub use error::PhotometricError;
+pub use exposure_control::{Brightness, ExposureAdvice};
 pub use least_squares::{LeastSquaresOptions, NormalMapResult, PixelCounts, least_squares_normals};
+pub use light_health::{LightLimits, LightMeasurement, PanelHealth, PanelMeasurement, PanelVerdict};
 pub use nominal_rig::{PanelLight, nominal_panels};

@@ -6,7 +6,7 @@ use crate::directional_light::DirectionalLight;
 use crate::error::PhotometricError;
 
 /// Centre of the workspace mat, base frame, metres.
-const WORKSPACE_CENTRE: Point3<f64> = Point3::new(0.43, 0.0, 0.0);
+pub(crate) const WORKSPACE_CENTRE: Point3<f64> = Point3::new(0.43, 0.0, 0.0);
 /// The grazing panels face a point this far over the centre, metres.
 const AIM_HEIGHT: f64 = 0.02;
 /// Distance of the grazing panels from the vertical through the centre, metres.
