@@ -1,5 +1,7 @@
 //! Why the simulation cannot run.
 
+use std::path::PathBuf;
+
 /// Every failure of this crate, by cause.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -10,4 +12,66 @@ pub enum SimError {
     /// Impossible geometry.
     #[error(transparent)]
     Geometry(#[from] geometry::GeometryError),
+    /// A value that a world cannot have.
+    #[error("{place} is {found}; allowed is {allowed}")]
+    Value {
+        /// Where it stands, from the world file's top.
+        place: String,
+        /// As given.
+        found: String,
+        /// In words.
+        allowed: String,
+    },
+    /// A world file is not what it should be.
+    #[error("{}: {source}", path.display())]
+    World {
+        /// The world file.
+        path: PathBuf,
+        /// What is wrong with its content.
+        source: Box<SimError>,
+    },
+    /// A world's text cannot be read.
+    #[error(transparent)]
+    Yaml(#[from] serde_yaml_ng::Error),
+    /// A file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    ReadFile {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A mesh file that is no mesh.
+    #[error("{}, {place}: {reason}", path.display())]
+    Mesh {
+        /// The mesh file.
+        path: PathBuf,
+        /// Where in it.
+        place: String,
+        /// What is wrong there.
+        reason: String,
+    },
+}
+
+impl SimError {
+    pub(crate) fn value(place: impl Into<String>, found: impl Into<String>, allowed: impl Into<String>) -> Self {
+        Self::Value {
+            place: place.into(),
+            found: found.into(),
+            allowed: allowed.into(),
+        }
+    }
+
+    /// Says where the value stands that is wrong.
+    #[must_use]
+    pub(crate) fn within(self, outer: &str) -> Self {
+        match self {
+            Self::Value { place, found, allowed } => Self::Value {
+                place: format!("{outer}.{place}"),
+                found,
+                allowed,
+            },
+            other => other,
+        }
+    }
 }
