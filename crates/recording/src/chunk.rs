@@ -28,7 +28,9 @@ pub(crate) fn unpack(mut body: Vec<u8>, cut_off: bool) -> Unpacked {
         }
         return Unpacked::Damaged("chunk header cannot be read".to_owned());
     };
-    if header.uncompressed_size > MAX_CHUNK_BYTES {
+    // Some writers fill the size in when the chunk is complete.
+    let size_unknown = cut_off && header.uncompressed_size == u64::MAX;
+    if header.uncompressed_size > MAX_CHUNK_BYTES && !size_unknown {
         let claimed = header.uncompressed_size;
         return Unpacked::Damaged(format!(
             "chunk claims to unpack to {claimed} bytes, allowed are {MAX_CHUNK_BYTES}"
@@ -36,7 +38,7 @@ pub(crate) fn unpack(mut body: Vec<u8>, cut_off: bool) -> Unpacked {
     }
     let unpacked = match header.compression.as_str() {
         "" => Ok(Bytes::from(body).slice(start..)),
-        "zstd" => unpack_zstd(&body[start..], header.uncompressed_size, cut_off),
+        "zstd" => unpack_zstd(&body[start..], header.uncompressed_size.min(MAX_CHUNK_BYTES), cut_off),
         other => return Unpacked::UnknownCompression(other.to_owned()),
     };
     match unpacked {

@@ -69,6 +69,12 @@ pub enum RecordingError {
         /// Type now.
         second: String,
     },
+    /// An earlier failure has closed the bag.
+    #[error("{} was closed when writing to it failed; nothing more is written", path.display())]
+    Closed {
+        /// The file.
+        path: PathBuf,
+    },
     /// Writing MCAP failed.
     #[error("{}: {source}", path.display())]
     Write {

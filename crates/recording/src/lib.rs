@@ -5,7 +5,8 @@
 //!
 //! [`Bag::open`] reads every record once and keeps an index, so that messages come in the order of their log times
 //! whatever their order in the file, and so that a bag cut off at any byte gives everything before the cut. What could
-//! not be read is named in [`BagReport`]. [`BagWriter`] writes chunks compressed with zstd and protected by CRCs.
+//! not be read is named in [`BagReport`]. [`BagWriter`] writes chunks compressed with zstd and protected by CRCs, and
+//! [`BackgroundWriter`] does so on a thread of its own, for those who must not wait for a disk.
 //!
 //! ```
 //! use recording::{Bag, BagWriter, OfferedQos};
@@ -26,6 +27,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod background;
 mod bag;
 mod chunk;
 mod error;
@@ -36,6 +38,7 @@ mod scan;
 mod topic;
 mod writer;
 
+pub use background::{BackgroundWriter, Inlet, Progress};
 pub use bag::{Bag, BagReport, Damage};
 pub use error::RecordingError;
 pub use messages::{Messages, RawMessage};

@@ -1,7 +1,24 @@
 //! Record framing of MCAP: an opcode, a length of 8 bytes, then the body.
 
+use mcap::records::op;
+
 /// Bytes before a record's body.
 pub(crate) const HEADER_BYTES: usize = 9;
+
+/// The end of a file without a summary: data end and footer that point nowhere and have no CRC, then the magic.
+pub(crate) const EMPTY_END: [u8; 13 + 29 + 8] = empty_end();
+
+const fn empty_end() -> [u8; 13 + 29 + 8] {
+    let mut end = [0; 13 + 29 + 8];
+    (end[0], end[1]) = (op::DATA_END, 4);
+    (end[13], end[14]) = (op::FOOTER, 8 + 8 + 4);
+    let mut at = 0;
+    while at < mcap::MAGIC.len() {
+        end[42 + at] = mcap::MAGIC[at];
+        at += 1;
+    }
+    end
+}
 
 /// A record's opcode and the length of its body.
 pub(crate) fn record_header(bytes: [u8; HEADER_BYTES]) -> (u8, u64) {
