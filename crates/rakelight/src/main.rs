@@ -1,9 +1,12 @@
 //! The rakelight command line.
 
 mod demo;
+mod ending;
 mod failure;
 mod nodes;
 mod replay;
+mod running_cell;
+mod up;
 
 use std::process::ExitCode;
 
@@ -27,6 +30,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Bring the cell up (simulated by default) and keep it up; Ctrl-C takes it down.
+    Up(up::Arguments),
     /// Play a recorded capture through ROS, solve it and write its normal map as a picture.
     Demo(demo::Arguments),
     /// Publish a bag as if it were live.
@@ -51,6 +56,7 @@ async fn run() -> Result<(), Failure> {
     let arguments = Arguments::parse_from(own);
     ros::logging::init(LevelFilter::INFO).map_err(Failure::usage)?;
     match arguments.command {
+        Command::Up(arguments) => up::run(arguments, &ros_arguments).await,
         Command::Demo(arguments) => demo::run(arguments).await,
         Command::Replay(arguments) => replay::run(arguments, &ros_arguments).await,
         Command::Node(arguments) => nodes::run(arguments, &ros_arguments).await,

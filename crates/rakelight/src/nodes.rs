@@ -1,4 +1,4 @@
-//! `rakelight node NAME...`: nodes in one process, until Ctrl-C.
+//! `rakelight node NAME...`: nodes in one process, until it is asked to end.
 
 use std::path::PathBuf;
 
@@ -9,10 +9,11 @@ use ros::{LaunchConfig, Node, NodeOptions, RosArguments};
 use tokio::task::JoinSet;
 use tracing::Instrument;
 
+use crate::ending::asked_to_end;
 use crate::failure::Failure;
 
 /// The nodes that this binary has.
-const NODES: [&str; 2] = [bag_player::NAME, normal_solver::NAME];
+pub(crate) const NODES: [&str; 2] = [bag_player::NAME, normal_solver::NAME];
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -25,6 +26,9 @@ pub(crate) struct Arguments {
     /// Namespace of the nodes, unless the config gives one.
     #[arg(long, default_value = "/cell")]
     namespace: String,
+    /// End when standard input does: a pipe from the parent closes when the parent dies.
+    #[arg(long)]
+    end_with_stdin: bool,
 }
 
 pub(crate) async fn run(arguments: Arguments, ros_arguments: &RosArguments) -> Result<(), Failure> {
@@ -46,7 +50,7 @@ pub(crate) async fn run(arguments: Arguments, ros_arguments: &RosArguments) -> R
     }
     tokio::select! {
         outcome = running.first_to_end() => outcome?,
-        _ = tokio::signal::ctrl_c() => eprintln!("rakelight: stopping"),
+        asked = asked_to_end(arguments.end_with_stdin) => asked?,
     }
     running.stop().await;
     Ok(())

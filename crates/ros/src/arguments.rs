@@ -53,6 +53,11 @@ impl RosArguments {
         Ok(())
     }
 
+    /// Whether there were none.
+    pub fn is_empty(&self) -> bool {
+        self.remaps.is_empty() && self.parameters.is_empty()
+    }
+
     /// Adds them to a node's options.
     #[must_use]
     pub fn apply_to(&self, options: NodeOptions) -> NodeOptions {

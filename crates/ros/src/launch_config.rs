@@ -30,6 +30,7 @@ pub struct LaunchConfig {
     /// The `cell:` block.
     pub cell: Cell,
     parameters: Arc<ParameterFile>,
+    processes_origin: Origin,
 }
 
 /// Where the nodes are in the graph and in which process each runs.
@@ -67,10 +68,11 @@ impl LaunchConfig {
             },
             problem: error.to_string(),
         })?;
-        let cell = Checker { text, source }.cell(written.cell)?;
+        let checker = Checker { text, source };
         let config = Self {
-            cell,
+            cell: checker.cell(written.cell)?,
             parameters: Arc::new(ParameterFile::parse(text, source)?),
+            processes_origin: checker.origin("processes"),
         };
         config.refuse_strays()?;
         Ok(config)
@@ -91,6 +93,18 @@ impl LaunchConfig {
     /// Names of all nodes, process by process.
     pub fn nodes(&self) -> impl Iterator<Item = &str> {
         self.cell.processes.values().flatten().map(String::as_str)
+    }
+
+    /// Refuses a config with nodes that are not among `known`.
+    pub fn check_nodes(&self, known: &[&str]) -> Result<(), ParameterError> {
+        match self.nodes().find(|node| !known.contains(node)) {
+            None => Ok(()),
+            Some(node) => Err(ParameterError::Form {
+                origin: self.processes_origin.clone(),
+                found: format!("no node {node:?}"),
+                allowed: known.join(", "),
+            }),
+        }
     }
 
     fn refuse_strays(&self) -> Result<(), ParameterError> {
@@ -244,6 +258,15 @@ normal_solver:
             config.nodes().collect::<Vec<_>>(),
             ["bag_recorder", "bag_player", "normal_solver"]
         );
+        assert_eq!(
+            config.check_nodes(&["bag_recorder", "bag_player", "normal_solver"]),
+            Ok(())
+        );
+        let error = config.check_nodes(&["bag_player", "normal_solver"]).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "sim.yaml:4: no node \"bag_recorder\"; allowed: bag_player, normal_solver"
+        );
         let overrides = config
             .node_options("normal_solver")
             .resolved_overrides("/cell/normal_solver")
@@ -266,7 +289,10 @@ normal_solver:
         assert_eq!(absolute.as_deref(), Some(Path::new("/worlds/table.yaml")));
         assert_eq!(world("domain_id: 7", "sim.yaml").unwrap(), None);
         let error = world("simulator: ''", "sim.yaml").unwrap_err().to_string();
-        assert!(error.starts_with("sim.yaml:3: simulator is empty; allowed: "), "{error}");
+        assert!(
+            error.starts_with("sim.yaml:3: simulator is empty; allowed: "),
+            "{error}"
+        );
     }
 
     #[test]

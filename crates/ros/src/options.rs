@@ -123,14 +123,16 @@ impl NodeOptions {
         Ok(overrides)
     }
 
-    pub(crate) fn resolved_domain_id(&self) -> Result<u16, Error> {
+    /// The domain that the node will join: as set here, or as the environment says.
+    pub fn resolved_domain_id(&self) -> Result<u16, Error> {
         match self.domain_id {
             Some(id) => check_domain_id(&id.to_string()),
             None => domain_id_from(env::var("ROS_DOMAIN_ID").ok().as_deref()),
         }
     }
 
-    pub(crate) fn resolved_discovery_range(&self) -> Result<DiscoveryRange, Error> {
+    /// How far the node will look for peers: as set here, or as the environment says.
+    pub fn resolved_discovery_range(&self) -> Result<DiscoveryRange, Error> {
         match self.discovery_range {
             Some(range) => Ok(range),
             None => discovery_range_from(
