@@ -18,9 +18,11 @@ pub mod patterns;
 mod domain;
 mod logs;
 mod program;
+mod statistics;
 mod waiting;
 
 pub use domain::Domain;
 pub use logs::Logs;
 pub use program::Program;
+pub use statistics::quantile;
 pub use waiting::{TIMEOUT, eventually, within};
