@@ -9,9 +9,15 @@ pub enum SimError {
     /// A camera cannot be served.
     #[error(transparent)]
     GigeVision(#[from] gige_vision::GigeVisionError),
+    /// The simulated light controller.
+    #[error(transparent)]
+    Board(#[from] crate::board::BoardError),
     /// Impossible geometry.
     #[error(transparent)]
     Geometry(#[from] geometry::GeometryError),
+    /// An impossible image.
+    #[error(transparent)]
+    Imaging(#[from] imaging::ImagingError),
     /// A value that a world cannot have.
     #[error("{place} is {found}; allowed is {allowed}")]
     Value {

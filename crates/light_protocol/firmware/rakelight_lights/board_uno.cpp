@@ -9,6 +9,7 @@
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
+#include <avr/sleep.h>
 #include <avr/wdt.h>
 
 #include "board_uno.h"
@@ -27,6 +28,8 @@ static const int32_t WAIT_US = 72;
 static const int32_t LONGEST_NAP_US = 400;
 
 static volatile uint32_t overflows;
+// An interrupt may have left something to do for the main loop.
+static volatile bool woken;
 
 // Not cleared by the start-up code, which runs after they are written.
 static uint8_t mcu_flags __attribute__((section(".noinit"), used));
@@ -100,6 +103,7 @@ static void wake_in(int32_t micros) {
   if (micros > LONGEST_NAP_US) micros = LONGEST_NAP_US;
   OCR2A = (uint8_t)(micros >> WAKE_US_PER_TICK_LOG2);
   TCNT2 = 0;
+  TCCR2B = _BV(CS21) | _BV(CS20);  // 16 MHz / 32
   TIFR2 = _BV(OCF2A);
   TIMSK2 = _BV(OCIE2A);
 }
@@ -114,9 +118,13 @@ static void make_due_edges() {
     sequencer.fired(board_write(pins));
   }
   TIMSK2 = 0;
+  TCCR2B = 0;
 }
 
-ISR(TIMER2_COMPA_vect) { make_due_edges(); }
+ISR(TIMER2_COMPA_vect) {
+  make_due_edges();
+  woken = true;
+}
 
 void board_arm() { make_due_edges(); }
 
@@ -138,6 +146,7 @@ ISR(USART_RX_vect) {
   if (next == received.tail) return;
   received.bytes[received.head] = byte;
   received.head = next;
+  woken = true;
 }
 
 ISR(USART_UDRE_vect) {
@@ -170,6 +179,22 @@ void board_send(const uint8_t* bytes, uint8_t length) {
   }
 }
 
+// ---- rest ----
+
+// Timer1 wakes the CPU every 4 ms at the latest, Timer2 every 0.4 ms while lights are on.
+void board_rest() {
+  cli();
+  if (!woken) {
+    sleep_enable();
+    // The instruction after sei() is executed before any interrupt: none slips in between.
+    sei();
+    sleep_cpu();
+    sleep_disable();
+  }
+  woken = false;
+  sei();
+}
+
 // ---- start ----
 
 uint8_t board_reset_cause() { return mcu_flags ? mcu_flags : boot_loader_flags; }
@@ -181,12 +206,13 @@ void board_begin() {
   DDRB |= PORTB_OUTPUTS;
 
   TIMSK0 = 0;
+  TCCR0B = 0;
   TCCR1A = 0;
   TCCR1B = _BV(CS10);
   TCNT1 = 0;
   TIMSK1 = _BV(TOIE1);
   TCCR2A = 0;
-  TCCR2B = _BV(CS21) | _BV(CS20);  // 16 MHz / 32
+  TCCR2B = 0;
   TIMSK2 = 0;
 
   // 115200 baud, 8N1, as the Uno's own USB chip makes it: 2.1 % fast on both sides.
@@ -195,6 +221,7 @@ void board_begin() {
   UCSR0C = _BV(UCSZ01) | _BV(UCSZ00);
   UCSR0B = _BV(RXEN0) | _BV(TXEN0) | _BV(RXCIE0);
 
+  set_sleep_mode(SLEEP_MODE_IDLE);
   wdt_enable(WDTO_250MS);
   sei();
 }

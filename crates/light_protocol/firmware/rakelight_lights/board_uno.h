@@ -8,3 +8,5 @@ void board_begin();
 uint8_t board_reset_cause();
 // The next byte from the host, or -1.
 int board_receive();
+// Sleeps until there may be something to do.
+void board_rest();

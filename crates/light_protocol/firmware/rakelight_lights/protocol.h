@@ -5,7 +5,11 @@
 
 namespace protocol {
 
-const uint8_t VERSION = 1;
+// Another number makes a firmware that this release's host refuses: a test wants one.
+#ifndef RAKELIGHT_PROTOCOL_VERSION
+#define RAKELIGHT_PROTOCOL_VERSION 1
+#endif
+const uint8_t VERSION = RAKELIGHT_PROTOCOL_VERSION;
 const uint8_t FIRMWARE_ID[4] = {'R', 'K', 'L', 'T'};
 const uint8_t FIRMWARE_VERSION[3] = {1, 0, 0};
 

@@ -19,4 +19,5 @@ void loop() {
   int byte;
   while ((byte = board_receive()) >= 0) controller.receive((uint8_t)byte);
   controller.poll();
+  board_rest();
 }

@@ -105,10 +105,10 @@ pub(crate) fn simulation() -> &'static Built {
         let mut compiler = Command::new("cc");
         compiler
             .args(["-O2", "-Wall", "-Wextra", "-Werror", "-isystem", SIMAVR_HEADERS])
-            .arg(firmware_folder().join("tests/simavr_host.c"))
+            .args(["board.c", "scripted.c"].map(|source| firmware_folder().join("simulator").join(source)))
             .args(["-lsimavr", "-lelf"]);
         Built {
-            host: compile(&mut compiler, "simavr_host"),
+            host: compile(&mut compiler, "scripted"),
             firmware: output.join("rakelight_lights.elf"),
         }
     })
