@@ -26,7 +26,7 @@ use crate::options::DiscoveryRange;
 use crate::participant;
 use crate::qos::{Durability, Qos};
 use crate::transport_counters::TransportCounters;
-use crate::wire::{Cdr, WireTopic};
+use crate::wire::{self, Cdr, WireTopic};
 
 /// How often a waiting caller looks again without an event.
 const RECHECK: Duration = Duration::from_millis(50);
@@ -173,6 +173,15 @@ impl Graph {
         let mut names: Vec<String> = self.seen.lock().nodes.values().flatten().cloned().collect();
         names.sort();
         names
+    }
+
+    /// The ROS type of a topic, of anybody's endpoints on it.
+    pub(crate) fn topic_type(&self, topic: &str) -> Option<String> {
+        let known = self.participant.discovered_topics();
+        let types = known
+            .iter()
+            .filter_map(|known| wire::ros_topic(known.topic_name(), known.type_name()));
+        types.filter(|(name, _)| name == topic).map(|(_, kind)| kind).min()
     }
 
     /// Announces that the node is gone. Its endpoints leave when they are dropped.

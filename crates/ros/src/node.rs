@@ -93,6 +93,13 @@ impl Node {
         self.inner.graph.other_nodes()
     }
 
+    /// The type that others have given to `topic` (relative, private or absolute; remapped), as in
+    /// `sensor_msgs/msg/Image`; `None` while nobody publishes or subscribes to it. With several types, the first one
+    /// in the alphabet.
+    pub fn topic_type(&self, topic: &str) -> Result<Option<String>, Error> {
+        Ok(self.inner.graph.topic_type(&self.resolve_topic(topic)?))
+    }
+
     /// Waits until a node of this fully qualified name is known.
     pub async fn wait_for_node(&self, name: &str, timeout: Duration) -> Result<(), Error> {
         self.inner

@@ -104,6 +104,13 @@ fn dds_type(type_name: &str, suffix: &str) -> String {
     format!("{}::dds_::{name}{suffix}_", scope.replace('/', "::"))
 }
 
+/// The ROS topic and type behind names on the wire; `None` for what is no topic, such as half a service.
+pub(crate) fn ros_topic(wire_name: &str, dds_type: &str) -> Option<(String, String)> {
+    let topic = wire_name.strip_prefix("rt").filter(|topic| topic.starts_with('/'))?;
+    let (scope, name) = dds_type.strip_suffix('_')?.split_once("::dds_::")?;
+    Some((topic.to_owned(), format!("{}/{name}", scope.replace("::", "/"))))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -115,7 +122,10 @@ mod tests {
             (topic.name.as_str(), topic.type_name.as_str()),
             ("rt/cell/c1/normals", "sensor_msgs::msg::dds_::Image_")
         );
+        let back = ros_topic(&topic.name, &topic.type_name);
+        assert_eq!(back, Some(("/cell/c1/normals".into(), "sensor_msgs/msg/Image".into())));
         let request = WireTopic::request("/cell/pick", "std_srvs/srv/Trigger");
+        assert_eq!(ros_topic(&request.name, &request.type_name), None);
         assert_eq!(request.name, "rq/cell/pickRequest");
         assert_eq!(request.type_name, "std_srvs::srv::dds_::Trigger_Request_");
         assert_eq!(
