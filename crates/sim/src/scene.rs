@@ -1,6 +1,8 @@
 //! What light falls on: surfaces, panels and room, base frame, metres. A scene is a value: rendering it twice gives the
 //! same images.
 
+mod rig;
+
 use geometry::nalgebra::{Point3, Unit, Vector3};
 use geometry::{PinholeCamera, RigidTransform, TriangleMesh};
 
