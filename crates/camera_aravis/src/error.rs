@@ -91,6 +91,17 @@ pub enum CameraAravisError {
         /// What came.
         reason: String,
     },
+    /// No camera on the network has this name.
+    #[error("no camera is called {guid:?}; cameras that answer: {}", if seen.is_empty() { "none".into() } else { seen.join(", ") })]
+    NoSuchCamera {
+        /// As configured.
+        guid: String,
+        /// Serial numbers.
+        seen: Vec<String>,
+    },
+    /// Another part of this program has taken Aravis' list of devices for itself.
+    #[error("Aravis' list of devices belongs to another part of this program")]
+    AravisTaken,
     /// The crate was built without its feature `aravis`.
     #[error("this program was built without Aravis: build it with the feature `aravis` of `camera_aravis`")]
     WithoutAravis,

@@ -1,0 +1,238 @@
+//! The stream of frames: how it is set up, and what is kept of it.
+
+use std::sync::mpsc::Sender;
+use std::time::{Duration, Instant};
+
+use aravis::glib::object::Cast;
+use aravis::prelude::*;
+use aravis::{
+    BufferPayloadType, BufferStatus, Camera, GvPacketSizeAdjustment, GvStream, GvStreamOption, GvStreamSocketBuffer,
+    PixelFormat, Stream,
+};
+use devices::{AppliedSettings, CameraError, FrameFault};
+
+use super::Report;
+use super::buffers::{Buffers, clear};
+use super::features::Features;
+use crate::CameraConfig;
+use crate::camera::Event;
+use crate::frame_order::FrameOrder;
+
+/// Statistics of Aravis that are worth telling, and what they are called here.
+const COUNTERS: [(&str, &str); 8] = [
+    ("n_completed_buffers", "frames_completed"),
+    ("n_failures", "frames_failed"),
+    ("n_missing_frames", "frames_missing"),
+    ("n_underruns", "frames_without_buffer"),
+    ("n_received_packets", "packets_received"),
+    ("n_missing_packets", "packets_missing"),
+    ("n_resend_requests", "packets_asked_again"),
+    ("n_resent_packets", "packets_resent"),
+];
+
+/// A running stream.
+pub(super) struct Streaming {
+    stream: Stream,
+    pub(super) number: u64,
+    pub(super) applied: AppliedSettings,
+    pub(super) order: FrameOrder,
+    pub(super) buffers: Buffers,
+    /// Whether the kernel's UDP is passed by.
+    packet_socket: bool,
+}
+
+/// A frame as it came out of the stream.
+pub(super) struct Arrival {
+    pub(super) id: Option<u64>,
+    pub(super) exposed_at: Option<Duration>,
+    pub(super) fault: Option<FrameFault>,
+}
+
+impl Streaming {
+    /// Opens the stream, gives it its buffers and starts the acquisition.
+    pub(super) fn start(
+        features: Features<'_>,
+        config: &CameraConfig,
+        applied: AppliedSettings,
+        reports: &Sender<Event>,
+        number: u64,
+    ) -> Result<Self, CameraError> {
+        let camera = features.camera;
+        let packet_socket = config.packet_socket && may_use_packet_sockets();
+        set_transport(features, config, packet_socket)?;
+        let stream = camera
+            .create_stream()
+            .map_err(|error| features.failed("opening the stream", &error))?;
+        if let Some(stream) = stream.downcast_ref::<GvStream>() {
+            tune(stream, config);
+        }
+        let bytes = frame_bytes(&applied);
+        let buffers = Buffers::new(bytes, config.buffers);
+        for _ in 0..config.buffers {
+            stream.push_buffer(buffers.take());
+        }
+        report_buffers(&stream, reports, number);
+        camera
+            .start_acquisition()
+            .map_err(|error| features.failed("starting the acquisition", &error))?;
+        Ok(Self {
+            stream,
+            number,
+            applied,
+            order: FrameOrder::default(),
+            buffers,
+            packet_socket,
+        })
+    }
+
+    /// What came, against what was set.
+    pub(super) fn examine(&self, buffer: &aravis::Buffer) -> Arrival {
+        let known = |value: u64| (value != 0).then_some(value);
+        Arrival {
+            id: known(buffer.frame_id()),
+            exposed_at: known(buffer.timestamp()).map(Duration::from_nanos),
+            fault: self.find_fault(buffer),
+        }
+    }
+
+    fn find_fault(&self, buffer: &aravis::Buffer) -> Option<FrameFault> {
+        let expected = PIXEL_FORMAT_NAME;
+        if buffer.status() != BufferStatus::Success {
+            let status = status_name(buffer.status());
+            return Some(FrameFault::Incomplete { status });
+        }
+        if buffer.payload_type() != BufferPayloadType::Image {
+            let found = format!("none: the payload is {:?}", buffer.payload_type());
+            return Some(FrameFault::Format { found, expected });
+        }
+        if buffer.image_pixel_format() != PixelFormat::MONO_16 {
+            let found = format_name(buffer.image_pixel_format());
+            return Some(FrameFault::Format { found, expected });
+        }
+        let (width, height) = (self.applied.width, self.applied.height);
+        let (_, found) = buffer.data();
+        let size = (i64::from(buffer.image_width()), i64::from(buffer.image_height()));
+        if size != (i64::from(width), i64::from(height)) || found != self.buffers.bytes() {
+            return Some(FrameFault::Size {
+                found,
+                expected: self.buffers.bytes(),
+                width,
+                height,
+            });
+        }
+        None
+    }
+
+    /// Gives the stream a buffer in place of one that it filled.
+    pub(super) fn replenish(&self) {
+        self.stream.push_buffer(self.buffers.take());
+    }
+
+    /// Gives the buffer itself back.
+    pub(super) fn give_back(&self, buffer: aravis::Buffer) {
+        clear(&buffer);
+        self.stream.push_buffer(buffer);
+    }
+
+    pub(super) fn statistics(&self) -> Vec<(String, u64)> {
+        let mut statistics: Vec<(String, u64)> = COUNTERS
+            .iter()
+            .map(|(name, ours)| ((*ours).to_owned(), self.stream.info_uint64_by_name(name)))
+            .collect();
+        statistics.push(("packet_socket".into(), u64::from(self.packet_socket)));
+        statistics
+    }
+}
+
+impl Drop for Streaming {
+    fn drop(&mut self) {
+        self.stream.set_emit_signals(false);
+    }
+}
+
+const PIXEL_FORMAT_NAME: &str = "Mono16";
+
+fn frame_bytes(applied: &AppliedSettings) -> usize {
+    applied.width as usize * applied.height as usize * 2
+}
+
+fn set_transport(features: Features<'_>, config: &CameraConfig, packet_socket: bool) -> Result<(), CameraError> {
+    let camera: &Camera = features.camera;
+    camera.gv_set_packet_size_adjustment(GvPacketSizeAdjustment::Never);
+    camera.gv_set_stream_options(if packet_socket {
+        GvStreamOption::NONE
+    } else {
+        GvStreamOption::PACKET_SOCKET_DISABLED
+    });
+    features.set_integer("GevSCPSPacketSize", i64::from(config.packet_size))?;
+    // The ring of a packet socket takes a whole frame; the buffer of a UDP socket takes a few packets.
+    let delay = if packet_socket {
+        Duration::ZERO
+    } else {
+        config.packet_delay
+    };
+    camera
+        .gv_set_packet_delay(delay.as_nanos() as i64)
+        .map_err(|error| features.refusal("GevSCPD", &format!("{delay:?}"), &error))
+}
+
+fn tune(stream: &GvStream, config: &CameraConfig) {
+    let micros = |time: Duration| time.as_micros() as u32;
+    // Every packet of a frame may be asked for again: a capture needs all of its frames.
+    stream.set_packet_request_ratio(1.0);
+    stream.set_initial_packet_timeout(micros(config.packet_patience));
+    stream.set_packet_timeout(micros(config.resend_patience));
+    stream.set_frame_retention(micros(config.frame_retention));
+    match config.socket_buffer {
+        Some(bytes) => {
+            stream.set_socket_buffer(GvStreamSocketBuffer::Fixed);
+            stream.set_socket_buffer_size(bytes as i32);
+        }
+        None => stream.set_socket_buffer(GvStreamSocketBuffer::Auto),
+    }
+}
+
+/// Frames are taken out on Aravis' own thread, at once, and handled on ours.
+fn report_buffers(stream: &Stream, reports: &Sender<Event>, number: u64) {
+    let reports = reports.clone();
+    stream.connect_new_buffer(move |stream| {
+        let at = Instant::now();
+        while let Some(buffer) = stream.try_pop_buffer() {
+            let report = Report::Buffer {
+                stream: number,
+                buffer,
+                at,
+            };
+            // A driver that has ended wants no frames.
+            let _ = reports.send(Event::Report(report));
+        }
+    });
+    stream.set_emit_signals(true);
+}
+
+/// Aravis tries the same, and says nothing when it fails.
+fn may_use_packet_sockets() -> bool {
+    use rustix::net::{AddressFamily, SocketType, eth, socket};
+    socket(AddressFamily::PACKET, SocketType::RAW, Some(eth::ALL)).is_ok()
+}
+
+fn status_name(status: BufferStatus) -> String {
+    match status {
+        BufferStatus::Timeout => "the rest of it did not come in time".into(),
+        BufferStatus::MissingPackets => "packets are missing".into(),
+        BufferStatus::WrongPacketId => "it has more packets than it should".into(),
+        BufferStatus::SizeMismatch => "it does not fit its buffer".into(),
+        BufferStatus::Aborted => "the stream was closed".into(),
+        other => format!("{other:?}"),
+    }
+}
+
+fn format_name(format: PixelFormat) -> String {
+    match format {
+        PixelFormat::MONO_8 => "Mono8".into(),
+        PixelFormat::MONO_10 => "Mono10".into(),
+        PixelFormat::MONO_12 => "Mono12".into(),
+        PixelFormat::MONO_14 => "Mono14".into(),
+        other => format!("{:#010x}", other.raw()),
+    }
+}

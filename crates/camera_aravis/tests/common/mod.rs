@@ -1,0 +1,191 @@
+//! A served camera and an opened one.
+
+#![allow(dead_code, reason = "every test binary uses a part of it")]
+
+use std::net::{Ipv4Addr, SocketAddrV4};
+use std::time::{Duration, Instant};
+
+use bytes::Bytes;
+use camera_aravis::{AravisCamera, CameraConfig};
+use devices::{
+    AppliedSettings, Binning, Camera, CameraLink, CameraSettings, Frame, FrameEvent, FrameFault, Frames, TriggerMode,
+};
+use gige_vision::{DeviceConfig, FrameRequest, GigeVisionError, Server};
+
+/// For everything that must happen, on a busy machine too.
+pub const PATIENCE: Duration = Duration::from_secs(30);
+/// Side of the small sensor.
+pub const SIDE: u32 = 256;
+
+/// An address of loopback for this process, so that runs side by side do not meet.
+pub fn address(last: u8) -> Ipv4Addr {
+    let [.., middle, low] = std::process::id().to_be_bytes();
+    Ipv4Addr::new(127, 128 + (middle & 63), low, last)
+}
+
+/// Every frame differs from every other, in every pixel.
+pub fn pixel(index: u32, place: usize) -> u16 {
+    (place as u32).wrapping_mul(40503).wrapping_add(index * 257) as u16
+}
+
+fn picture(request: &FrameRequest) -> Bytes {
+    let pixels = request.image_bytes() / 2;
+    let samples: Vec<u16> = (0..pixels).map(|place| pixel(request.index, place)).collect();
+    request.pixel_format.pack(&samples).into()
+}
+
+pub fn device(last: u8) -> DeviceConfig {
+    DeviceConfig {
+        sensor_width: SIDE,
+        sensor_height: SIDE,
+        ..DeviceConfig::new(format!("T{:x}-{last}", std::process::id()), address(last))
+    }
+}
+
+/// None, and a loud line, where the address cannot be had.
+pub fn serve(last: u8) -> Option<Server> {
+    match Server::start(&device(last), picture) {
+        Ok(server) => Some(server),
+        Err(GigeVisionError::Bind { address, source }) => {
+            println!("SKIPPED: {address} cannot be served here: {source}");
+            None
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+pub fn config(last: u8) -> CameraConfig {
+    CameraConfig::new(address(last).to_string())
+}
+
+/// Received by UDP, whoever runs the test.
+pub fn udp(last: u8) -> CameraConfig {
+    CameraConfig {
+        packet_socket: false,
+        ..config(last)
+    }
+}
+
+pub fn settings(trigger: TriggerMode) -> CameraSettings {
+    CameraSettings {
+        region: None,
+        binning: Binning {
+            horizontal: 1,
+            vertical: 1,
+        },
+        exposure: Duration::from_micros(500),
+        gain_db: 0.0,
+        black_level: 0.0,
+        trigger,
+    }
+}
+
+pub async fn wait_for(camera: &AravisCamera, what: &str, wanted: impl FnMut(&CameraLink) -> bool) -> CameraLink {
+    let mut link = camera.link();
+    let found = tokio::time::timeout(PATIENCE, link.wait_for(wanted)).await;
+    found.unwrap_or_else(|_| panic!("{what}")).unwrap().clone()
+}
+
+pub async fn wait_open(camera: &AravisCamera) {
+    wait_for(camera, "the camera does not open", |link| {
+        matches!(link, CameraLink::Open { .. })
+    })
+    .await;
+}
+
+pub async fn wait_lost(camera: &AravisCamera) -> String {
+    let lost = |link: &CameraLink| matches!(link, CameraLink::Lost { reason } if !reason.contains("is being opened"));
+    match wait_for(camera, "the camera is not lost", lost).await {
+        CameraLink::Lost { reason } => reason,
+        CameraLink::Open { .. } => unreachable!(),
+    }
+}
+
+pub async fn open(config: CameraConfig, trigger: TriggerMode) -> (AravisCamera, AppliedSettings) {
+    let camera = AravisCamera::open(config);
+    wait_open(&camera).await;
+    let applied = camera.configure(settings(trigger)).await.unwrap();
+    (camera, applied)
+}
+
+/// The next event; `None` at the end.
+pub async fn next(frames: &mut Frames) -> Option<FrameEvent> {
+    let event = tokio::time::timeout(PATIENCE, frames.recv()).await;
+    event.expect("no frame, no fault and no end")
+}
+
+pub async fn next_frame(frames: &mut Frames) -> Frame {
+    match next(frames).await {
+        Some(FrameEvent::Frame(frame)) => frame,
+        other => panic!("{other:?} in place of a frame"),
+    }
+}
+
+pub async fn next_fault(frames: &mut Frames) -> FrameFault {
+    match next(frames).await {
+        Some(FrameEvent::Fault(fault)) => fault,
+        other => panic!("{other:?} in place of a fault"),
+    }
+}
+
+/// Whether these are the pixels of the frame of this index, counted by the device.
+pub fn is_picture(frame: &Frame, index: u32) -> bool {
+    let pixels = frame.pixels.chunks_exact(2).enumerate();
+    frame.pixels.len() == frame.width as usize * frame.height as usize * 2
+        && pixels
+            .map(|(place, bytes)| (place, u16::from_le_bytes([bytes[0], bytes[1]])))
+            .all(|(place, value)| value == pixel(index, place))
+}
+
+/// Pulses the line, like the light controller does.
+pub fn pulse(servers: &[&Server], count: u32, period: Duration) {
+    let start = Instant::now() + Duration::from_millis(2);
+    for step in 0..count {
+        for server in servers {
+            server.line_trigger(start + step * period);
+        }
+    }
+}
+
+pub fn statistic(camera: &AravisCamera, name: &str) -> u64 {
+    match &*camera.link().borrow() {
+        CameraLink::Open { statistics, .. } => {
+            let found = statistics.iter().find(|(other, _)| other == name);
+            found.unwrap_or_else(|| panic!("no {name} in {statistics:?}")).1
+        }
+        CameraLink::Lost { reason } => panic!("the camera is lost: {reason}"),
+    }
+}
+
+/// Another client of the device, which holds control until the device has not heard of it for a minute.
+pub struct Rival(std::net::UdpSocket);
+
+impl Rival {
+    pub fn take(server: SocketAddrV4) -> Self {
+        let socket = std::net::UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        socket.connect(server).unwrap();
+        socket.set_read_timeout(Some(PATIENCE)).unwrap();
+        let rival = Self(socket);
+        rival.write(gige_vision::bootstrap::CONTROL_PRIVILEGE, 2);
+        rival.write(gige_vision::bootstrap::HEARTBEAT_TIMEOUT, 60_000);
+        rival
+    }
+
+    pub fn let_go(&self) {
+        self.write(gige_vision::bootstrap::CONTROL_PRIVILEGE, 0);
+    }
+
+    fn write(&self, address: u32, value: u32) {
+        use gige_vision::gvcp::{Answer, Command, Request};
+        let request = Request {
+            id: 7,
+            acknowledge: true,
+            command: Command::WriteRegisters(vec![(address, value)]),
+        };
+        self.0.send(&request.encode()).unwrap();
+        let mut datagram = [0; 64];
+        let length = self.0.recv(&mut datagram).unwrap();
+        let (_, answer) = Answer::decode(&datagram[..length]).unwrap();
+        assert_eq!(answer, Answer::WriteRegisters(1));
+    }
+}
