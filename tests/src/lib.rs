@@ -14,6 +14,7 @@
 //! ```
 
 pub mod patterns;
+pub mod resources;
 
 mod domain;
 mod logs;

@@ -6,7 +6,6 @@
 
 mod peer;
 mod report;
-mod resources;
 mod run;
 
 use std::path::{Path, PathBuf};

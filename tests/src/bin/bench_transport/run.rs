@@ -8,13 +8,12 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, bail};
 use interfaces::sensor_msgs::msg::Image;
 use ros::Qos;
-use scenarios::{Domain, quantile};
+use scenarios::{Domain, quantile, resources};
 use serde::Deserialize;
 use tokio::process::{Child, Command};
 
 use crate::peer::image;
 use crate::report::{Pair, Report};
-use crate::resources;
 
 /// A 1536 x 1536 mono16 image, and a 1536 x 1536 map of three floats.
 pub(crate) const SIZES: [usize; 2] = [1536 * 1536 * 2, 1536 * 1536 * 12];
