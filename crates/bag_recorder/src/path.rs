@@ -1,10 +1,10 @@
 //! Where a new bag goes.
 
 use std::path::Path;
-use std::time::SystemTime;
+use std::time::{SystemTime, UNIX_EPOCH};
 
+use chrono::DateTime;
 use recording::{BagWriter, RecordingError};
-use time::OffsetDateTime;
 
 use crate::error::Error;
 
@@ -24,7 +24,7 @@ pub(crate) fn create(folder: &Path, requested: &str) -> Result<BagWriter, Error>
     if !requested.is_empty() {
         return Ok(BagWriter::create(folder.join(requested))?);
     }
-    let name = name(SystemTime::now().into());
+    let name = name(SystemTime::now());
     let numbered = (2..NAMESAKES).map(|number| folder.join(format!("{name}_{number}")));
     for path in std::iter::once(folder.join(&name)).chain(numbered) {
         match BagWriter::create(path) {
@@ -37,9 +37,10 @@ pub(crate) fn create(folder: &Path, requested: &str) -> Result<BagWriter, Error>
 }
 
 /// `2026-03-01_14-05-09`, in UTC.
-fn name(time: OffsetDateTime) -> String {
-    let (date, hour, minute, second) = (time.date(), time.hour(), time.minute(), time.second());
-    format!("{date}_{hour:02}-{minute:02}-{second:02}")
+fn name(time: SystemTime) -> String {
+    let since_epoch = time.duration_since(UNIX_EPOCH).unwrap_or_default();
+    let time = DateTime::from_timestamp(since_epoch.as_secs() as i64, 0).unwrap_or_default();
+    time.format("%Y-%m-%d_%H-%M-%S").to_string()
 }
 
 #[cfg(test)]
@@ -50,7 +51,7 @@ mod tests {
 
     #[test]
     fn bags_are_named_by_date_and_time() {
-        let time = OffsetDateTime::from_unix_timestamp(1_700_000_000).unwrap();
+        let time = UNIX_EPOCH + std::time::Duration::from_secs(1_700_000_000);
         assert_eq!(name(time), "2023-11-14_22-13-20");
     }
 

@@ -123,9 +123,11 @@ impl Recorder {
     async fn finish(&mut self) -> Option<Ended> {
         let ended = self.session.take()?.finish().await;
         self.shown.ended(&ended);
-        match &ended.failure {
-            None => tracing::info!("{}", summary(&ended)),
-            Some(_) => tracing::error!("{}", summary(&ended)),
+        let summary = summary(&ended);
+        if ended.failure.is_none() {
+            tracing::info!("{summary}");
+        } else {
+            tracing::error!("{summary}");
         }
         Some(ended)
     }

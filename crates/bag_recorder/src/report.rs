@@ -88,17 +88,13 @@ pub(crate) fn summary(ended: &Ended) -> String {
 }
 
 fn lost(progress: &Progress, missed: u64) -> String {
-    let mut text = String::new();
-    for (count, what) in [
+    let counts = [
         (progress.dropped, "dropped because the queue was full"),
         (progress.refused, "not serialisable"),
         (missed, "missed before the queue"),
-    ] {
-        if count > 0 {
-            text += &format!(", {count} {what}");
-        }
-    }
-    text
+    ];
+    let told = counts.into_iter().filter(|(count, _)| *count > 0);
+    told.map(|(count, what)| format!(", {count} {what}")).collect()
 }
 
 fn megabytes(bytes: u64) -> String {

@@ -50,7 +50,7 @@ pub struct Progress {
     pub queued_bytes: usize,
     /// Messages that are in the file for good.
     pub safe_messages: u64,
-    /// Size of the file, bytes.
+    /// Size of the file in bytes, without its index.
     pub file_bytes: u64,
 }
 
@@ -205,11 +205,9 @@ impl Worker {
     fn run(mut self, commands: &Receiver<Command>, on_failure: impl FnOnce()) -> Result<(), RecordingError> {
         // Not allowed to be nicer? Then it works as before, only with more of the processor.
         let _ = rustix::process::nice(NICENESS);
-        let served = self.serve(commands);
-        let outcome = match served {
-            Ok(()) => self.writer.finish(),
-            Err(error) => Err(error),
-        };
+        // Flushed first, so that the counts hold whatever becomes of the rest.
+        let served = self.serve(commands).and_then(|()| self.flush());
+        let outcome = served.and_then(|()| self.writer.finish());
         if let Err(error) = &outcome {
             let _ = self.shared.failure.set(error.to_string());
             on_failure();
@@ -251,10 +249,8 @@ impl Worker {
         self.shared.queued_bytes.fetch_sub(queued.bytes, Ordering::Relaxed);
         self.count(cdr.as_deref());
         written?;
-        self.flush_at = match self.writer.is_pending() {
-            true => self.flush_at.or_else(|| Some(Instant::now() + FLUSH_PERIOD)),
-            false => None,
-        };
+        let flush_at = self.flush_at.unwrap_or_else(|| Instant::now() + FLUSH_PERIOD);
+        self.flush_at = self.writer.is_pending().then_some(flush_at);
         Ok(())
     }
 

@@ -312,9 +312,11 @@ fn add_channel(writer: &mut McapWriter, topic: &Topic) -> mcap::McapResult<u16> 
     writer.add_channel(schema, &topic.name, &topic.message_encoding, &metadata)
 }
 
+/// The system's reason where there is one: the library's own words for it hide that the disk is full.
 fn write_error(path: &Path) -> impl FnOnce(mcap::McapError) -> RecordingError + '_ {
-    |source| RecordingError::Write {
-        path: path.to_owned(),
-        source,
+    let path = path.to_owned();
+    |source| match source {
+        mcap::McapError::Io(source) => RecordingError::Io { path, source },
+        source => RecordingError::Write { path, source },
     }
 }

@@ -2,10 +2,14 @@
 
 mod common;
 
+use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::Path;
 
 use common::{all, shared, write_own};
+use proptest::test_runner::{Config as ProptestConfig, RngSeed, TestCaseError, TestRunner};
 use recording::{Bag, RawMessage};
+use tempfile::TempDir;
 
 const CUTS: usize = 200;
 
@@ -113,8 +117,123 @@ fn a_cut_bag_of_our_own_keeps_its_chunks() {
     let scratch = tempfile::tempdir().unwrap();
     write_own(&scratch.path().join("own"));
     let read = check_cuts(&scratch.path().join("own/own.mcap"));
-    let distinct: std::collections::BTreeSet<usize> = read.iter().map(|&(_, messages)| messages).collect();
+    let distinct: BTreeSet<usize> = read.iter().map(|&(_, messages)| messages).collect();
     assert!(distinct.len() > 5, "{distinct:?}");
+}
+
+/// A bag of our own on disk: its bytes, its messages in the order of the file, and where its chunks begin and end with
+/// the number of messages up to there.
+struct Own {
+    content: Vec<u8>,
+    written: Vec<Vec<u8>>,
+    chunks: Vec<(Range<usize>, usize)>,
+    scratch: TempDir,
+}
+
+impl Own {
+    fn new() -> Self {
+        let scratch = tempfile::tempdir().unwrap();
+        let written = write_own(&scratch.path().join("own"));
+        let content = std::fs::read(scratch.path().join("own/own.mcap")).unwrap();
+        let mut own = Self {
+            content,
+            written: written.into_iter().map(|(_, _, cdr)| cdr).collect(),
+            chunks: Vec::new(),
+            scratch,
+        };
+        let spans: Vec<Range<usize>> = records(&own.content)
+            .filter(|(kind, _)| *kind == 6)
+            .map(|(_, at)| at)
+            .collect();
+        for span in spans {
+            let messages = own.read(span.end).len();
+            own.chunks.push((span, messages));
+        }
+        own
+    }
+
+    /// What is read after a cut, in the order of the file.
+    fn read(&self, length: usize) -> Vec<Vec<u8>> {
+        let Some(bag) = cut(&self.content, length, self.scratch.path()) else {
+            return Vec::new();
+        };
+        assert!(!bag.report().is_whole(), "the cut at {length} is named");
+        let mut messages = all(&bag);
+        // Sequence numbers are per topic; the file's order is that of the writing.
+        let place = |message: &RawMessage| self.written.iter().position(|cdr| *cdr == message.cdr);
+        messages.sort_by_key(|message| place(message).expect("every message read was written"));
+        messages.into_iter().map(|message| message.cdr.to_vec()).collect()
+    }
+
+    /// A cut gives a beginning of what was written, with every message of the chunks before it.
+    fn check(&self, length: usize) -> Result<usize, String> {
+        let read = self.read(length);
+        let before = self.chunks.iter().rev().find(|(chunk, _)| chunk.end <= length);
+        let whole = before.map_or(0, |(_, messages)| *messages);
+        if !self.written.starts_with(&read) {
+            return Err(format!(
+                "cut at {length}: {} messages that are no beginning",
+                read.len()
+            ));
+        }
+        if read.len() < whole {
+            return Err(format!(
+                "cut at {length}: {} messages, {whole} are in whole chunks",
+                read.len()
+            ));
+        }
+        Ok(read.len())
+    }
+}
+
+/// Opcode and place of the records of a file, without what is in its chunks.
+fn records(content: &[u8]) -> impl Iterator<Item = (u8, Range<usize>)> {
+    let mut position = 8;
+    std::iter::from_fn(move || {
+        let header: [u8; 9] = content.get(position..position + 9)?.try_into().ok()?;
+        let length = u64::from_le_bytes(header[1..].try_into().ok()?) as usize;
+        let start = position;
+        position += 9 + length;
+        (position <= content.len()).then_some((header[0], start..position))
+    })
+}
+
+#[test]
+fn cuts_around_every_boundary_give_every_whole_message_before_them() {
+    let own = Own::new();
+    assert!(own.chunks.len() > 1, "{:?}", own.chunks);
+    assert_eq!(own.chunks.last().map(|(_, messages)| *messages), Some(60));
+    let mut cuts = BTreeSet::new();
+    for (_, place) in records(&own.content) {
+        for boundary in [place.start, place.start + 9, place.end] {
+            cuts.extend((boundary.saturating_sub(2)..boundary + 3).filter(|cut| *cut < own.content.len()));
+        }
+    }
+    for length in cuts {
+        own.check(length).unwrap();
+    }
+    // Within a chunk, what zstd has given back by then counts too.
+    let (last, messages) = own.chunks.last().unwrap();
+    let (_, before) = own.chunks[own.chunks.len() - 2];
+    let inside = own.check(last.end - 1000).unwrap();
+    assert!(
+        before < inside && inside <= *messages,
+        "{inside} of {before}..{messages}"
+    );
+}
+
+#[test]
+fn cuts_anywhere_give_a_beginning_with_every_whole_chunk() {
+    let own = Own::new();
+    let config = ProptestConfig {
+        rng_seed: RngSeed::Fixed(11),
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(64)
+    };
+    let run = TestRunner::new(config).run(&(0..own.content.len()), |length| {
+        own.check(length).map(drop).map_err(TestCaseError::fail)
+    });
+    run.unwrap();
 }
 
 #[test]

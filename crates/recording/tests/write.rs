@@ -2,10 +2,9 @@
 
 mod common;
 
-use std::path::PathBuf;
 use std::process::Command;
 
-use common::{all, root, string_message, write_own};
+use common::{all, python, string_message, write_own};
 use recording::{Bag, BagWriter, OfferedQos, RecordingError};
 
 #[test]
@@ -70,20 +69,6 @@ fn nothing_is_overwritten_and_a_topic_keeps_its_type() {
     BagWriter::create(&empty).unwrap().finish().unwrap();
     let bag = Bag::open(&empty).unwrap();
     assert!(bag.report().is_whole() && bag.report().messages == 0 && bag.report().span.is_none());
-}
-
-/// A Python with `rosbags` and `mcap`: the one named by the environment or the one the set-up made.
-fn python() -> Option<PathBuf> {
-    let named = std::env::var_os("RAKELIGHT_VENV_PYTHON").map(PathBuf::from);
-    let python = named.unwrap_or_else(|| root().join(".setup/venv/bin/python"));
-    let probe = Command::new(&python)
-        .args(["-c", "import rosbags.rosbag2, mcap.reader"])
-        .output();
-    if probe.is_ok_and(|probe| probe.status.success()) {
-        return Some(python);
-    }
-    println!("SKIPPED: {} has no rosbags and mcap", python.display());
-    None
 }
 
 #[test]

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use recording::{Bag, BagWriter, OfferedQos, RawMessage};
 
@@ -17,6 +18,23 @@ pub(crate) fn shared(path: &str) -> Option<PathBuf> {
         return Some(folder);
     }
     println!("SKIPPED: {} is missing", folder.display());
+    None
+}
+
+/// A Python with `rosbags` and `mcap`: the one named by the environment or the one the set-up made.
+pub(crate) fn python() -> Option<PathBuf> {
+    let named = std::env::var_os("RAKELIGHT_VENV_PYTHON").map(PathBuf::from);
+    let python = named.unwrap_or_else(|| root().join(".setup/venv/bin/python"));
+    let probe = Command::new(&python)
+        .args(["-c", "import rosbags.rosbag2, mcap.reader"])
+        .output();
+    if probe.is_ok_and(|probe| probe.status.success()) {
+        return Some(python);
+    }
+    println!(
+        "SKIPPED: {} has no rosbags and mcap (cargo xtask setup)",
+        python.display()
+    );
     None
 }
 
