@@ -200,7 +200,7 @@ impl CaptureCamera {
     }
 }
 
-/// Takes frames until there are `count` or none came until `deadline`, `waited` after the last light.
+/// Takes frames until there are `count`, one is damaged, or none came until `deadline`, `waited` after the last light.
 pub(crate) async fn collect(
     camera: &CaptureCamera,
     mut frames: Frames,
@@ -211,6 +211,11 @@ pub(crate) async fn collect(
     let mut events = Vec::with_capacity(count);
     while events.len() < count {
         match tokio::time::timeout_at(deadline, frames.recv()).await {
+            // What comes behind a fault cannot make the capture whole.
+            Ok(Some(event @ FrameEvent::Fault(_))) => {
+                events.push(event);
+                return (events, TakeEnd::Whole);
+            }
             Ok(Some(event)) => events.push(event),
             Ok(None) => return (events, camera.loss()),
             Err(_) => return (events, TakeEnd::Silence(waited)),

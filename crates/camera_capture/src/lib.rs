@@ -59,7 +59,7 @@ use keeper::Keeper;
 use light_watch::LightWatch;
 use lights::Lights;
 use parameters::Parameters;
-use publish::{PublishQueue, Publishers};
+use publish::PublishQueue;
 use service::{Desk, Servers};
 use session::Session;
 
@@ -118,9 +118,8 @@ fn keeper((at, camera): (usize, &CaptureCamera)) -> Keeper {
 fn publish_queues(node: &Node, cameras: &[CaptureCamera], tasks: &mut JoinSet<()>) -> Result<Vec<PublishQueue>, Error> {
     let mut queues = Vec::new();
     for camera in cameras {
-        let queue = PublishQueue::new(&camera.name, camera.record.clone());
-        let publishers = Publishers::new(node, &camera.name)?;
-        tasks.spawn(queue.clone().run(publishers).in_current_span());
+        let queue = PublishQueue::new(node, &camera.name, camera.record.clone())?;
+        tasks.spawn(queue.clone().run().in_current_span());
         queues.push(queue);
     }
     Ok(queues)

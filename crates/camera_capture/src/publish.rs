@@ -1,8 +1,8 @@
 //! Publishing images, in order, without keeping anybody waiting.
 //!
-//! Publishing blocks while a reliable reader outside the process is slow, so every camera has a queue and a task of its
-//! own. The queue holds a few captures; when readers are slower than that, the oldest capture that waits is given up,
-//! with a warning.
+//! Subscriptions of this process get a capture at once. Sending it out of the process blocks while a reliable reader
+//! there is slow, so every camera has a queue and a task of its own for that. The queue holds a few captures; when
+//! readers are slower than that, the oldest capture that waits is not sent, with a warning.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -33,21 +33,21 @@ pub(crate) struct PublishQueue {
     inner: Arc<Inner>,
 }
 
-#[derive(Default)]
 struct Inner {
+    publishers: Publishers,
     jobs: Mutex<VecDeque<Job>>,
     arrived: Notify,
 }
 
 /// One camera's topics.
-pub(crate) struct Publishers {
+struct Publishers {
     exposures: Publisher<Exposure>,
     infos: Publisher<CameraInfo>,
     images: Publisher<Image>,
 }
 
 impl Publishers {
-    pub(crate) fn new(node: &Node, camera: &str) -> Result<Self, ros::Error> {
+    fn new(node: &Node, camera: &str) -> Result<Self, ros::Error> {
         Ok(Self {
             exposures: node.publisher(&format!("{camera}/exposure"), Qos::STREAM)?,
             infos: node.publisher(&format!("{camera}/camera_info"), Qos::LATCHED)?,
@@ -56,40 +56,54 @@ impl Publishers {
     }
 
     /// Exposure and camera first: who gets the image then has all that it needs.
-    fn publish(&self, messages: ExposureMessages) -> Result<(), ros::Error> {
-        // Readers of this process get each of them even where an outside reader of another is stuck.
-        let published = [
-            self.exposures.publish(messages.exposure),
-            self.infos.publish(messages.info),
-            self.images.publish(messages.image),
+    fn hand_over(&self, messages: &ExposureMessages) {
+        self.exposures.hand_over(&messages.exposure);
+        self.infos.hand_over(&messages.info);
+        self.images.hand_over(&messages.image);
+    }
+
+    /// In the same order. A topic whose readers are stuck does not hold the others up for longer than its time-out.
+    fn send(&self, messages: ExposureMessages) -> Result<(), ros::Error> {
+        let sent = [
+            self.exposures.send(messages.exposure),
+            self.infos.send(messages.info),
+            self.images.send(messages.image),
         ];
-        published.into_iter().collect()
+        sent.into_iter().collect()
     }
 }
 
 impl PublishQueue {
-    pub(crate) fn new(camera: &str, record: CameraRecord) -> Self {
-        Self {
+    pub(crate) fn new(node: &Node, camera: &str, record: CameraRecord) -> Result<Self, ros::Error> {
+        let inner = Inner {
+            publishers: Publishers::new(node, camera)?,
+            jobs: Mutex::default(),
+            arrived: Notify::new(),
+        };
+        Ok(Self {
             camera: camera.to_owned(),
             record,
-            inner: Arc::default(),
-        }
+            inner: Arc::new(inner),
+        })
     }
 
-    /// Publishes a capture soon.
+    /// Publishes a capture: in this process now, outside soon.
     pub(crate) fn push(&self, job: Job) {
+        job.messages
+            .iter()
+            .for_each(|messages| self.inner.publishers.hand_over(messages));
         let mut jobs = self.inner.jobs.lock();
         jobs.push_back(job);
         let given_up = if jobs.len() > QUEUE { jobs.pop_front() } else { None };
         drop(jobs);
         self.inner.arrived.notify_one();
         if let Some(job) = given_up {
-            self.record.unpublished();
+            self.record.unsent();
             tracing::warn!(
                 camera = self.camera,
                 capture_id = job.capture_id,
                 images = job.messages.len(),
-                "not published: readers of the captures before are too slow"
+                "not sent out of this process: readers of the captures before are too slow"
             );
         }
     }
@@ -104,25 +118,24 @@ impl PublishQueue {
         }
     }
 
-    /// Publishes until the caller ends this task; the image that is on its way then is the last.
-    pub(crate) async fn run(self, publishers: Publishers) {
-        let publishers = Arc::new(publishers);
+    /// Sends until the caller ends this task; the image that is on its way then is the last.
+    pub(crate) async fn run(self) {
         // What blocks cannot be cancelled, but it can look whether anybody still waits for it.
         let running = Arc::new(());
         loop {
             let job = self.next().await;
-            let (publishers, camera) = (Arc::clone(&publishers), self.camera.clone());
-            let running = Arc::downgrade(&running);
-            let publish = move || {
+            let (queue, running) = (self.clone(), Arc::downgrade(&running));
+            let send = move || {
                 let Job { capture_id, messages } = job;
                 for messages in messages.into_iter().take_while(|_| running.strong_count() > 0) {
-                    if let Err(error) = publishers.publish(messages) {
+                    if let Err(error) = queue.inner.publishers.send(messages) {
+                        let camera = &queue.camera;
                         tracing::warn!(camera, capture_id, %error, "a message is lost to readers outside this process");
                     }
                 }
             };
-            // A panic would have been reported by the runtime; the next capture is published anyway.
-            let _ = tokio::task::spawn_blocking(publish).await;
+            // A panic would have been reported by the runtime; the next capture is sent anyway.
+            let _ = tokio::task::spawn_blocking(send).await;
         }
     }
 }

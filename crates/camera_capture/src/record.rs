@@ -26,8 +26,8 @@ struct Inner {
     void: Option<String>,
     /// The last refused change of a parameter.
     refusal: Option<String>,
-    /// Captures that were not published because readers were slow.
-    unpublished: u64,
+    /// Captures that were not sent out of the process because readers were slow.
+    unsent: u64,
 }
 
 impl CameraRecord {
@@ -69,8 +69,8 @@ impl CameraRecord {
         self.inner.lock().refusal = reason;
     }
 
-    pub(crate) fn unpublished(&self) {
-        self.inner.lock().unpublished += 1;
+    pub(crate) fn unsent(&self) {
+        self.inner.lock().unsent += 1;
     }
 
     fn status(&self, link: &CameraLink) -> Status {
@@ -88,7 +88,7 @@ impl CameraRecord {
         let status = status
             .value("captures", inner.captures, "")
             .value("void captures", inner.voids, "")
-            .value("unpublished captures", inner.unpublished, "");
+            .value("captures not sent", inner.unsent, "");
         match &inner.last_capture {
             None => status,
             Some((id, at)) => {

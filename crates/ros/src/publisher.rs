@@ -50,7 +50,18 @@ impl<M: Message> Publisher<M> {
     /// full of what it has not acknowledged.
     pub fn publish(&self, message: impl Into<Arc<M>>) -> Result<(), Error> {
         let message = message.into();
-        self.exchange.hand_over(self.offer, &message);
+        self.hand_over(&message);
+        self.send(message)
+    }
+
+    /// The half of [`Self::publish`] that never blocks: subscriptions of this process get the message. A publisher that
+    /// must not wait for slow readers calls this at once, and [`Self::send`] from a thread that may wait.
+    pub fn hand_over(&self, message: &Arc<M>) {
+        self.exchange.hand_over(self.offer, message);
+    }
+
+    /// The other half of [`Self::publish`]: readers outside the process get the message, and those that come late.
+    pub fn send(&self, message: Arc<M>) -> Result<(), Error> {
         if self.qos.durability == Durability::Volatile && self.writer.matched() == 0 {
             return Ok(());
         }
