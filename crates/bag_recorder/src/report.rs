@@ -94,7 +94,8 @@ fn lost(progress: &Progress, missed: u64) -> String {
         (missed, "missed before the queue"),
     ];
     let told = counts.into_iter().filter(|(count, _)| *count > 0);
-    told.map(|(count, what)| format!(", {count} {what}")).collect()
+    let parts: Vec<String> = told.map(|(count, what)| format!(", {count} {what}")).collect();
+    parts.concat()
 }
 
 fn megabytes(bytes: u64) -> String {

@@ -13,7 +13,7 @@ use crate::ending::asked_to_end;
 use crate::failure::Failure;
 
 /// The nodes that this binary has.
-pub(crate) const NODES: [&str; 2] = [bag_player::NAME, normal_solver::NAME];
+pub(crate) const NODES: [&str; 3] = [bag_player::NAME, bag_recorder::NAME, normal_solver::NAME];
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -71,6 +71,7 @@ impl Running {
         let served = node.clone();
         let task: BoxFuture<anyhow::Result<()>> = match name {
             normal_solver::NAME => Box::pin(async { Ok(normal_solver::run(served).await?) }),
+            bag_recorder::NAME => Box::pin(async { Ok(bag_recorder::run(served).await?) }),
             bag_player::NAME => Box::pin(async { Ok(bag_player::run(served).await.map(drop)?) }),
             _ => return Err(Failure::usage(anyhow!("no node {name:?}; known: {}", NODES.join(", ")))),
         };
@@ -111,7 +112,8 @@ fn failure(error: anyhow::Error) -> Failure {
         error.downcast_ref(),
         Some(bag_player::Error::Parameter(_) | bag_player::Error::NoBag)
     );
-    if by_solver || by_player {
+    let by_recorder = matches!(error.downcast_ref(), Some(bag_recorder::Error::Parameter(_)));
+    if by_solver || by_player || by_recorder {
         return Failure::usage(error);
     }
     Failure::from(error)

@@ -33,6 +33,17 @@ pub struct BagReport {
     pub damage: Vec<Damage>,
 }
 
+/// What the index knows of a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct IndexEntry<'a> {
+    /// Its topic.
+    pub topic: &'a Arc<Topic>,
+    /// When it was recorded, nanoseconds since the epoch.
+    pub log_time: u64,
+    /// Its size, serialised.
+    pub bytes: usize,
+}
+
 impl BagReport {
     /// True when nothing is missing.
     pub fn is_whole(&self) -> bool {
@@ -106,6 +117,15 @@ impl Bag {
     /// What was found, and what is damaged.
     pub fn report(&self) -> &BagReport {
         &self.report
+    }
+
+    /// Topic, log time and size of every message, in the order of the log times; nothing is unpacked for it.
+    pub fn index(&self) -> impl ExactSizeIterator<Item = IndexEntry<'_>> {
+        self.entries.iter().map(|entry| IndexEntry {
+            topic: &self.topics[entry.topic],
+            log_time: entry.log_time,
+            bytes: entry.length,
+        })
     }
 
     /// All messages in the order of their log times.

@@ -39,7 +39,7 @@ mod topic;
 mod writer;
 
 pub use background::{BackgroundWriter, Inlet, Progress};
-pub use bag::{Bag, BagReport, Damage};
+pub use bag::{Bag, BagReport, Damage, IndexEntry};
 pub use error::RecordingError;
 pub use messages::{Messages, RawMessage};
 pub use topic::{OfferedQos, Topic, TopicOptions};

@@ -30,6 +30,15 @@ pub struct TopicOptions {
     pub type_hash: String,
 }
 
+impl TopicOptions {
+    /// Whether a publisher kept its last messages for latecomers, as far as the bag says.
+    pub fn is_transient_local(&self) -> bool {
+        // Older bags hold the middleware's number instead of the word.
+        let is_said = |line: &str| matches!(line.trim(), "durability: transient_local" | "durability: 1");
+        self.offered_qos_profiles.lines().any(is_said)
+    }
+}
+
 /// The part of a publisher's quality of service a player needs to offer the same again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OfferedQos {
