@@ -11,6 +11,7 @@
 //! normal_solver:
 //!   ros__parameters:
 //!     signal_threshold: 0.002
+//!     calibration: $(dirname)/calibration.yaml   # in the folder of this file, wherever rakelight is started
 //! ```
 
 use std::collections::BTreeMap;
@@ -22,7 +23,10 @@ use serde::Deserialize;
 
 use crate::names::NodeNames;
 use crate::options::{self, DiscoveryRange, NodeOptions};
-use crate::parameters::{Origin, ParameterError, ParameterFile, yaml};
+use crate::parameters::{Origin, ParameterError, ParameterFile, ParameterValue, yaml};
+
+/// As in ROS 2's own launch files.
+const FOLDER: &str = "$(dirname)";
 
 /// What a launch config says, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,9 +73,11 @@ impl LaunchConfig {
             problem: error.to_string(),
         })?;
         let checker = Checker { text, source };
+        let folder = checker.folder().display().to_string();
+        let parameters = ParameterFile::parse(text, source)?.map_texts(|text| text.replace(FOLDER, &folder));
         let config = Self {
             cell: checker.cell(written.cell)?,
-            parameters: Arc::new(ParameterFile::parse(text, source)?),
+            parameters: Arc::new(parameters),
             processes_origin: checker.origin("processes"),
         };
         config.refuse_strays()?;
@@ -88,6 +94,13 @@ impl LaunchConfig {
             .discovery_range
             .into_iter()
             .fold(options, NodeOptions::discovery_range)
+    }
+
+    /// What the config sets a node's parameters to, by name.
+    pub fn parameters(&self, node: &str) -> BTreeMap<String, ParameterValue> {
+        let name = format!("{}/{node}", self.cell.namespace.trim_end_matches('/'));
+        let overrides = self.parameters.overrides_for(&name);
+        overrides.into_iter().map(|(name, set)| (name, set.value)).collect()
     }
 
     /// Names of all nodes, process by process.
@@ -191,10 +204,14 @@ impl Checker<'_> {
                 allowed: "the path of a world file, or no such key on hardware".into(),
             });
         }
-        Ok(match Path::new(self.source).parent() {
-            Some(folder) => folder.join(path),
-            None => path.to_owned(),
-        })
+        Ok(self.folder().join(path))
+    }
+
+    fn folder(&self) -> &Path {
+        match Path::new(self.source).parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        }
     }
 
     /// Every node is in one process and has a name that ROS allows.
@@ -275,6 +292,21 @@ normal_solver:
             overrides.keys().collect::<Vec<_>>(),
             ["signal_threshold", "use_sim_time"]
         );
+    }
+
+    #[test]
+    fn dirname_is_the_folder_of_the_config() {
+        let text = TEXT.replacen(
+            "signal_threshold: 0.002",
+            "files: [$(dirname)/a.yaml, b], file: $(dirname)/c",
+            1,
+        );
+        for (source, folder) in [("configs/sim.yaml", "configs"), ("sim.yaml", "."), ("/sim.yaml", "/")] {
+            let parameters = LaunchConfig::parse(&text, source).unwrap().parameters("normal_solver");
+            let files = vec![format!("{folder}/a.yaml"), "b".to_owned()];
+            assert_eq!(parameters["files"], files.into());
+            assert_eq!(parameters["file"], format!("{folder}/c").into());
+        }
     }
 
     #[test]

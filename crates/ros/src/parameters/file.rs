@@ -24,6 +24,7 @@ use serde_yaml_ng::{Mapping, Value};
 
 use super::error::ParameterError;
 use super::overrides::{Origin, Override, Overrides};
+use super::value::ParameterValue;
 use super::yaml;
 
 const PARAMETERS: &str = "ros__parameters";
@@ -78,6 +79,22 @@ impl ParameterFile {
         Ok(Self {
             sections: reader.sections,
         })
+    }
+
+    /// The same with every text changed.
+    pub(crate) fn map_texts(mut self, change: impl Fn(&str) -> String) -> Self {
+        let values = self
+            .sections
+            .iter_mut()
+            .flat_map(|section| section.overrides.values_mut());
+        for text in values.flat_map(|set| match &mut set.value {
+            ParameterValue::String(text) => std::slice::from_mut(text),
+            ParameterValue::Strings(texts) => texts.as_mut_slice(),
+            _ => &mut [],
+        }) {
+            *text = change(text);
+        }
+        self
     }
 
     /// What the file sets for the node of this fully qualified name.
