@@ -1,6 +1,8 @@
 //! The rakelight command line.
 
+mod bag;
 mod demo;
+mod doctor;
 mod ending;
 mod failure;
 mod nodes;
@@ -32,10 +34,14 @@ struct Arguments {
 enum Command {
     /// Bring the cell up (simulated by default) and keep it up; Ctrl-C takes it down.
     Up(up::Arguments),
+    /// Say what is missing on this machine and how to get it.
+    Doctor(doctor::Arguments),
     /// Play a recorded capture through ROS, solve it and write its normal map as a picture.
     Demo(demo::Arguments),
     /// Publish a bag as if it were live.
     Replay(replay::Arguments),
+    /// Look into a bag, check it, or cut a part out of it.
+    Bag(bag::Arguments),
     /// Run nodes in one process until Ctrl-C.
     Node(nodes::Arguments),
 }
@@ -57,8 +63,10 @@ async fn run() -> Result<(), Failure> {
     ros::logging::init(LevelFilter::INFO).map_err(Failure::usage)?;
     match arguments.command {
         Command::Up(arguments) => up::run(arguments, &ros_arguments).await,
+        Command::Doctor(arguments) => doctor::run(arguments).await,
         Command::Demo(arguments) => demo::run(arguments).await,
         Command::Replay(arguments) => replay::run(arguments, &ros_arguments).await,
+        Command::Bag(arguments) => bag::run(arguments),
         Command::Node(arguments) => nodes::run(arguments, &ros_arguments).await,
     }
 }

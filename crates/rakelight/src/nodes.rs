@@ -13,7 +13,13 @@ use crate::ending::asked_to_end;
 use crate::failure::Failure;
 
 /// The nodes that this binary has.
-pub(crate) const NODES: [&str; 3] = [bag_player::NAME, bag_recorder::NAME, normal_solver::NAME];
+pub(crate) const NODES: [&str; 5] = [
+    bag_player::NAME,
+    bag_recorder::NAME,
+    camera_capture::NAME,
+    light_sequencer::NAME,
+    normal_solver::NAME,
+];
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -72,6 +78,8 @@ impl Running {
         let task: BoxFuture<anyhow::Result<()>> = match name {
             normal_solver::NAME => Box::pin(async { Ok(normal_solver::run(served).await?) }),
             bag_recorder::NAME => Box::pin(async { Ok(bag_recorder::run(served).await?) }),
+            camera_capture::NAME => Box::pin(async { Ok(camera_capture::run(served).await?) }),
+            light_sequencer::NAME => Box::pin(async { Ok(light_sequencer::run(served).await?) }),
             bag_player::NAME => Box::pin(async { Ok(bag_player::run(served).await.map(drop)?) }),
             _ => return Err(Failure::usage(anyhow!("no node {name:?}; known: {}", NODES.join(", ")))),
         };
@@ -104,16 +112,31 @@ impl Running {
 
 /// A node that refuses its parameters was started wrongly; anything else is the job's failure.
 fn failure(error: anyhow::Error) -> Failure {
-    let by_solver = matches!(
+    use {
+        bag_player as player, bag_recorder as recorder, camera_capture as capture, light_sequencer as lights,
+        normal_solver as solver,
+    };
+    let player = matches!(
         error.downcast_ref(),
-        Some(normal_solver::Error::Parameter(_) | normal_solver::Error::LightLists { .. })
+        Some(player::Error::Parameter(_) | player::Error::NoBag)
     );
-    let by_player = matches!(
+    let recorder = matches!(error.downcast_ref(), Some(recorder::Error::Parameter(_)));
+    let capture = matches!(
         error.downcast_ref(),
-        Some(bag_player::Error::Parameter(_) | bag_player::Error::NoBag)
+        Some(
+            capture::Error::Parameter(_)
+                | capture::Error::Cameras { .. }
+                | capture::Error::Camera { .. }
+                | capture::Error::Settings { .. }
+                | capture::Error::Pose { .. }
+        )
     );
-    let by_recorder = matches!(error.downcast_ref(), Some(bag_recorder::Error::Parameter(_)));
-    if by_solver || by_player || by_recorder {
+    let lights = matches!(error.downcast_ref(), Some(lights::Error::Parameter(_)));
+    let solver = matches!(
+        error.downcast_ref(),
+        Some(solver::Error::Parameter(_) | solver::Error::LightLists { .. })
+    );
+    if player || recorder || capture || lights || solver {
         return Failure::usage(error);
     }
     Failure::from(error)

@@ -8,11 +8,21 @@ const DEFAULT: &str = "launch_configs/sim.yaml";
 
 /// The config that was asked for, or the default one: in the working folder, else in the repository that the executable
 /// was built in.
-pub(super) fn config(asked: Option<PathBuf>) -> anyhow::Result<PathBuf> {
+pub(crate) fn config(asked: Option<PathBuf>) -> anyhow::Result<PathBuf> {
     match asked {
         Some(path) => Ok(path),
         None => default_in(Path::new(""), std::env::current_exe().ok().as_deref()),
     }
+}
+
+/// The repository of the working folder, else of the executable.
+pub(crate) fn repository() -> Option<PathBuf> {
+    let here = std::env::current_dir().ok();
+    let executable = std::env::current_exe().ok();
+    let mut folders = here.iter().chain(&executable).flat_map(|path| path.ancestors());
+    folders
+        .find(|folder| folder.join(DEFAULT).is_file())
+        .map(Path::to_owned)
 }
 
 fn default_in(working: &Path, executable: Option<&Path>) -> anyhow::Result<PathBuf> {

@@ -5,7 +5,7 @@
 
 mod backoff;
 mod console;
-mod locate;
+pub(crate) mod locate;
 mod process;
 mod readiness;
 mod supervisor;
