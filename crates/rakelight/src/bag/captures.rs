@@ -144,9 +144,13 @@ impl Capture {
 }
 
 impl CameraCapture {
-    /// Images that are there.
+    /// Images of the sequence that are there.
     pub(super) fn images(&self) -> usize {
-        self.exposures.iter().filter(|exposure| exposure.has_image).count()
+        let there = self
+            .exposures
+            .iter()
+            .filter(|exposure| exposure.has_image && exposure.index < self.count);
+        there.map(|exposure| exposure.index).collect::<BTreeSet<u8>>().len()
     }
 
     /// Why it is not whole.

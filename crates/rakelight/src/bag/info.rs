@@ -8,7 +8,7 @@ use recording::Bag;
 use serde::Serialize;
 
 use super::captures::{CameraCapture, Capture, Captures};
-use super::text::{count, megabytes, table, utc};
+use super::text::{count, size, table, utc};
 use super::{DamageReport, open, print_json};
 use crate::failure::Failure;
 
@@ -98,7 +98,7 @@ impl Info {
         let mut lines = vec![format!("bag       {path}")];
         for file in &self.files {
             let name = file.path.file_name().unwrap_or_default().to_string_lossy();
-            lines.push(format!("file      {name}, {}", megabytes(file.bytes)));
+            lines.push(format!("file      {name}, {}", size(file.bytes)));
         }
         let (duration, start) = (self.duration_s, self.start.map(utc));
         let from = start.map_or_else(String::new, |start| format!(", from {start}"));
@@ -147,13 +147,10 @@ fn topics(bag: &Bag) -> Vec<TopicInfo> {
 
 impl TopicInfo {
     fn row(&self) -> Vec<String> {
-        let rate = self.rate_hz.map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1}"));
-        vec![
-            self.name.clone(),
-            self.r#type.clone(),
-            self.messages.to_string(),
-            format!("{rate} Hz"),
-        ]
+        let rate = self
+            .rate_hz
+            .map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1} Hz"));
+        vec![self.name.clone(), self.r#type.clone(), self.messages.to_string(), rate]
     }
 }
 
