@@ -18,6 +18,24 @@ pub enum SimError {
     /// An impossible image.
     #[error(transparent)]
     Imaging(#[from] imaging::ImagingError),
+    /// A camera that cannot be.
+    #[error("camera {name}: {source}")]
+    Camera {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        source: gige_vision::GigeVisionError,
+    },
+    /// A camera's view is not there, and will not be soon.
+    #[error("no view of camera {camera} after {waited:.1?}: {reason}")]
+    NotRendered {
+        /// Its name.
+        camera: String,
+        /// How long was waited.
+        waited: std::time::Duration,
+        /// What the renderer says.
+        reason: String,
+    },
     /// A value that a world cannot have.
     #[error("{place} is {found}; allowed is {allowed}")]
     Value {

@@ -1,0 +1,61 @@
+//! The world file as it stands in YAML.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::cameras::CamerasFile;
+use super::lights::LightsFile;
+use super::objects::{ObjectFile, bodies};
+use super::pose::PoseFile;
+use super::room::RoomFile;
+use super::{World, cameras};
+use crate::SimError;
+use crate::scene::Scene;
+
+/// 3 % of what L1 gives a surface in the middle of the mat that faces it, from everywhere.
+const AMBIENT: f64 = 8.76e-4;
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct WorldFile {
+    seed: u64,
+    objects: Vec<ObjectFile>,
+    lights: LightsFile,
+    cameras: CamerasFile,
+    flange: Option<PoseFile>,
+    room: RoomFile,
+    ambient: Option<f64>,
+}
+
+impl WorldFile {
+    pub(super) fn resolve(&self, folder: &Path) -> Result<World, SimError> {
+        let flange = |pose: PoseFile| pose.resolve([0.0; 3]).map_err(|error| error.within("flange"));
+        Ok(World {
+            seed: self.seed,
+            lights: self.lights.resolve(folder).map_err(|error| error.within("lights"))?,
+            cameras: self.cameras.resolve().map_err(|error| error.within("cameras"))?,
+            base_from_flange: self.flange.map_or_else(cameras::rig_flange, flange)?,
+            scene: self.scene(folder)?,
+        })
+    }
+
+    fn scene(&self, folder: &Path) -> Result<Scene, SimError> {
+        let ambient_radiance = self.ambient.unwrap_or(AMBIENT);
+        within("ambient", ambient_radiance, 0.0, 1000.0)?;
+        Ok(Scene {
+            bodies: bodies(&self.objects, folder)?,
+            room: self.room.resolve().map_err(|error| error.within("room"))?,
+            panels: self.lights.panels().map_err(|error| error.within("lights.panels"))?,
+            ambient_radiance,
+        })
+    }
+}
+
+/// Refuses what lies outside, NaN too.
+pub(super) fn within(place: &str, value: f64, least: f64, most: f64) -> Result<(), SimError> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(SimError::value(place, value.to_string(), format!("{least} to {most}")))
+}
