@@ -72,7 +72,7 @@ pub(crate) fn summary(ended: &Ended) -> String {
         failure,
     } = ended;
     let (path, lasted) = (path.display(), lasted.as_secs_f64());
-    let lost = lost(progress, *missed);
+    let lost = lost(progress, *missed, failure.is_some());
     match failure {
         None => format!(
             "{path}: {} messages in {lasted:.1} s, {} MB, {} MB on disk{lost}",
@@ -87,9 +87,14 @@ pub(crate) fn summary(ended: &Ended) -> String {
     }
 }
 
-fn lost(progress: &Progress, missed: u64) -> String {
+fn lost(progress: &Progress, missed: u64, failed: bool) -> String {
+    let why_dropped = if failed {
+        "dropped"
+    } else {
+        "dropped because the queue was full"
+    };
     let counts = [
-        (progress.dropped, "dropped because the queue was full"),
+        (progress.dropped, why_dropped),
         (progress.refused, "not serialisable"),
         (missed, "missed before the queue"),
     ];
