@@ -1,6 +1,7 @@
 //! The rakelight command line.
 
 mod bag;
+mod capture;
 mod demo;
 mod doctor;
 mod ending;
@@ -34,6 +35,8 @@ struct Arguments {
 enum Command {
     /// Bring the cell up (simulated by default) and keep it up; Ctrl-C takes it down.
     Up(up::Arguments),
+    /// Take a capture with a running cell: one image of each camera under each light.
+    Capture(capture::Arguments),
     /// Say what is missing on this machine and how to get it.
     Doctor(doctor::Arguments),
     /// Play a recorded capture through ROS, solve it and write its normal map as a picture.
@@ -63,6 +66,7 @@ async fn run() -> Result<(), Failure> {
     ros::logging::init(LevelFilter::INFO).map_err(Failure::usage)?;
     match arguments.command {
         Command::Up(arguments) => up::run(arguments, &ros_arguments).await,
+        Command::Capture(arguments) => capture::run(arguments).await,
         Command::Doctor(arguments) => doctor::run(arguments).await,
         Command::Demo(arguments) => demo::run(arguments).await,
         Command::Replay(arguments) => replay::run(arguments, &ros_arguments).await,

@@ -27,7 +27,7 @@ const NODE: &str = "doctor";
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Launch config of the cell that is to run [default: launch_configs/sim.yaml, as of `rakelight up`].
+    /// Launch config of the cell that is to run [default: that of `rakelight up`].
     #[arg(long)]
     config: Option<PathBuf>,
     /// Ask the whole network for cameras.

@@ -122,7 +122,11 @@ impl Console {
 impl Event<'_> {
     fn for_people(&self) -> String {
         match self {
-            Self::Started { process, pid, nodes } if nodes.is_empty() => {
+            Self::Started {
+                process,
+                pid,
+                nodes: [],
+            } => {
                 format!("rakelight: {process} (process {pid})")
             }
             Self::Started { process, pid, nodes } => {

@@ -43,7 +43,7 @@ const SIMULATOR_PATIENCE: Duration = Duration::from_mins(3);
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Launch config [default: launch_configs/sim.yaml, here or in the repository of this program].
+    /// Launch config [default: `launch_configs/sim.yaml`, here or in the repository of this program].
     #[arg(long)]
     config: Option<PathBuf>,
     /// Tell what happens as one JSON object a line.
