@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use anstyle::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressStyle};
+use parking_lot::Mutex;
 use serde::Serialize;
 
 /// One after the other for the processes of a cell.
@@ -33,6 +34,8 @@ pub(super) enum Event<'a> {
         how: String,
         restart_in_seconds: f64,
     },
+    /// The cell is not ready yet.
+    Waiting { waiting_for: String },
     /// A process ended in good order: its nodes have nothing left to do.
     Finished { process: &'a str },
     /// A process did not end when asked and was killed.
@@ -66,6 +69,7 @@ pub(super) struct Console {
     coloured: bool,
     /// Of the longest name of a process, so that their lines align.
     width: usize,
+    waited_for: Mutex<Option<String>>,
 }
 
 impl Console {
@@ -83,6 +87,7 @@ impl Console {
             progress,
             coloured: terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()),
             width: processes.max().unwrap_or(0),
+            waited_for: Mutex::default(),
         }
     }
 
@@ -107,8 +112,17 @@ impl Console {
         self.progress.suspend(|| println!("{text}"));
     }
 
+    /// Tells what is waited for, in a line of its own.
+    pub(super) fn still_waiting(&self) {
+        let what = self.waited_for.lock().clone();
+        if let Some(what) = what {
+            self.tell(&Event::Waiting { waiting_for: what });
+        }
+    }
+
     /// Shows what is waited for; nothing hides it again.
     pub(super) fn waiting(&self, what: Option<&str>) {
+        *self.waited_for.lock() = what.map(str::to_owned);
         match what {
             Some(what) => {
                 self.progress.enable_steady_tick(Duration::from_millis(150));
@@ -137,6 +151,7 @@ impl Event<'_> {
                 how,
                 restart_in_seconds,
             } => format!("rakelight: {process} ended ({how}); again in {restart_in_seconds} s"),
+            Self::Waiting { waiting_for } => format!("rakelight: still waiting for {waiting_for}"),
             Self::Finished { process } => format!("rakelight: {process} has finished"),
             Self::Killed { process } => format!("rakelight: {process} did not end when asked; killed"),
             Self::Ready(ready) => ready.for_people(),

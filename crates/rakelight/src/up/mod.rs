@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
 use clap::Args;
-use ros::{DiscoveryRange, LaunchConfig, Node, NodeOptions, RosArguments};
+use ros::{DiscoveryRange, LaunchConfig, Node, NodeOptions, ParameterValue, RosArguments};
 use tokio::sync::watch;
 
 use crate::ending::Signals;
@@ -35,8 +35,12 @@ const OBSERVER: &str = "supervisor";
 /// The node that writes bags, which ends after those that it listens to.
 const RECORDER: &str = "bag_recorder";
 
-/// The node that takes captures.
+/// The nodes that have devices.
 const CAPTURER: &str = "camera_capture";
+const LIGHTS: &str = "light_sequencer";
+
+/// How often a wait is told of where nobody sees the progress.
+const REMINDER: Duration = Duration::from_secs(15);
 
 /// A world is loaded and rendered in seconds; on a busy machine, in minutes.
 const SIMULATOR_PATIENCE: Duration = Duration::from_mins(3);
@@ -120,9 +124,8 @@ impl Cell {
         let claim = record.claim(&running_cell::folder())?;
         let observer = Node::start(options).await?;
         let names: Vec<String> = config.nodes().map(|node| qualified(config, node)).collect();
-        let captures = config.nodes().any(|node| node == CAPTURER);
         Ok(Self {
-            readiness: Readiness::new(&observer, &names, captures)?,
+            readiness: Readiness::new(&observer, &names)?,
             config: config.clone(),
             record,
             observer,
@@ -177,8 +180,7 @@ fn members(config: &LaunchConfig, path: &Path) -> Vec<Member> {
         });
     };
     if let Some(world) = &config.cell.simulator {
-        let arguments = vec!["sim".into(), world.into(), "--end-with-stdin".into()];
-        add("simulator", arguments, &[], Stage::Simulator);
+        add("simulator", simulation(config, world), &[], Stage::Simulator);
     }
     for (name, nodes) in config.cell.processes.iter().filter(|(_, nodes)| !nodes.is_empty()) {
         let mut arguments: Vec<OsString> = vec!["node".into()];
@@ -193,6 +195,20 @@ fn members(config: &LaunchConfig, path: &Path) -> Vec<Member> {
         );
     }
     members
+}
+
+/// The world's devices are where the nodes of the config look for them.
+fn simulation(config: &LaunchConfig, world: &Path) -> Vec<OsString> {
+    let mut arguments: Vec<OsString> = vec!["sim".into(), world.into(), "--end-with-stdin".into()];
+    if let Some(ParameterValue::String(port)) = config.parameters(LIGHTS).get("port") {
+        arguments.extend(["--light-port".into(), port.into()]);
+    }
+    for (name, value) in config.parameters(CAPTURER) {
+        if let (Some(camera), ParameterValue::String(guid)) = (name.strip_suffix(".guid"), value) {
+            arguments.extend(["--camera".into(), format!("{camera}={guid}").into()]);
+        }
+    }
+    arguments
 }
 
 /// Starts everything and keeps it alive until something cannot be.
@@ -243,11 +259,20 @@ async fn announce(
         starts.borrow_and_update();
         tokio::select! {
             () = cell.readiness.wait(console) => console.tell(&Event::Ready(cell.ready(since))),
+            () = remind(console) => {}
             _ = starts.changed() => continue,
         }
         // The sender lives in the supervisor, which outlives this.
         let _ = starts.changed().await;
         since = Instant::now();
+    }
+}
+
+/// Tells again and again what is waited for.
+async fn remind(console: &Console) {
+    loop {
+        tokio::time::sleep(REMINDER).await;
+        console.still_waiting();
     }
 }
 

@@ -1,15 +1,18 @@
-//! Whether every node of a cell answers.
+//! Whether every node of a cell answers and has its devices.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use futures::StreamExt;
 use futures::stream::FuturesUnordered;
+use interfaces::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use interfaces::rakelight_msgs::srv::Capture;
 use interfaces::rcl_interfaces::srv::{ListParameters, ListParametersRequest};
-use ros::{Node, ServiceClient};
+use ros::{Node, Qos, ServiceClient, Subscription};
+use tokio::sync::Mutex;
 
 use super::console::Console;
+use super::{CAPTURER, LIGHTS};
 
 /// A node that has just died is still in the graph, so each is asked, and asked again.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -18,11 +21,17 @@ const PATIENCE: Duration = Duration::from_secs(1);
 pub(super) struct Readiness {
     nodes: Vec<(String, ServiceClient<ListParameters>)>,
     capture: Option<ServiceClient<Capture>>,
+    diagnostics: Mutex<Subscription<DiagnosticArray>>,
+    /// What the statuses of nodes with devices begin with: "`cell/camera_capture`: ".
+    with_devices: Vec<String>,
 }
 
 impl Readiness {
-    /// For nodes with these fully qualified names; with `captures`, for the service too.
-    pub(super) fn new(observer: &Node, names: &[String], captures: bool) -> Result<Self, ros::Error> {
+    /// For nodes with these fully qualified names.
+    pub(super) fn new(observer: &Node, names: &[String]) -> Result<Self, ros::Error> {
+        let is = |name: &&String, node: &str| name.rsplit('/').next() == Some(node);
+        let captures = names.iter().any(|name| is(&name, CAPTURER));
+        let devices = names.iter().filter(|name| is(name, CAPTURER) || is(name, LIGHTS));
         let client = |name: &String| {
             Ok((
                 name.clone(),
@@ -32,6 +41,10 @@ impl Readiness {
         Ok(Self {
             nodes: names.iter().map(client).collect::<Result<_, ros::Error>>()?,
             capture: captures.then(|| observer.service_client("capture")).transpose()?,
+            diagnostics: Mutex::new(observer.subscription("/diagnostics", Qos::STREAM)?),
+            with_devices: devices
+                .map(|name| format!("{}: ", name.trim_start_matches('/')))
+                .collect(),
         })
     }
 
@@ -51,8 +64,37 @@ impl Readiness {
             console.waiting(Some("the service capture"));
             while capture.wait_for_server(PATIENCE).await.is_err() {}
         }
+        self.devices(console).await;
         console.waiting(None);
     }
+
+    /// Waits until every node with devices has told of them, and of no error.
+    async fn devices(&self, console: &Console) {
+        let mut statuses = BTreeMap::new();
+        let mut diagnostics = self.diagnostics.lock().await;
+        while let Some(problem) = problem(&self.with_devices, &statuses) {
+            console.waiting(Some(&problem));
+            let Some(received) = diagnostics.next().await else {
+                return;
+            };
+            let told = received.message.status.iter();
+            statuses.extend(told.map(|status| (status.name.clone(), (status.level, status.message.clone()))));
+        }
+    }
+}
+
+type Statuses = BTreeMap<String, (u8, String)>;
+
+/// The first device that is not well, or is not known to be.
+fn problem(nodes: &[String], statuses: &Statuses) -> Option<String> {
+    nodes.iter().find_map(|node| {
+        let mut own = statuses.iter().filter(|(name, _)| name.starts_with(node)).peekable();
+        if own.peek().is_none() {
+            return Some(format!("word from {}", node.trim_end_matches(": ")));
+        }
+        own.find(|(_, (level, _))| *level == DiagnosticStatus::ERROR)
+            .map(|(name, (_, message))| format!("{name}: {message}"))
+    })
 }
 
 async fn answer<'a>(name: &'a str, client: &ServiceClient<ListParameters>) -> &'a str {
@@ -62,4 +104,28 @@ async fn answer<'a>(name: &'a str, client: &ServiceClient<ListParameters>) -> &'
         tokio::time::sleep(PATIENCE / 10).await;
     }
     name
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_that_is_not_well_is_named() {
+        let nodes = ["cell/camera_capture: ".to_owned()];
+        let of = |statuses: &[(&str, u8)]| {
+            let status = |(name, level): &(&str, u8)| ((*name).to_owned(), (*level, "as it is".to_owned()));
+            problem(&nodes, &statuses.iter().map(status).collect())
+        };
+        assert_eq!(
+            of(&[("cell/other: c1", DiagnosticStatus::ERROR)]).as_deref(),
+            Some("word from cell/camera_capture")
+        );
+        let well = ("cell/camera_capture: c1", DiagnosticStatus::WARN);
+        assert_eq!(of(&[well]), None);
+        assert_eq!(
+            of(&[well, ("cell/camera_capture: c2", DiagnosticStatus::ERROR)]).as_deref(),
+            Some("cell/camera_capture: c2: as it is")
+        );
+    }
 }
