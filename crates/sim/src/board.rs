@@ -1,4 +1,5 @@
-//! The light controller: the real firmware on a simulated microcontroller (`ATmega328P`), in a child process behind a pseudo-terminal.
+//! The light controller: the real firmware on a simulated microcontroller (`ATmega328P`), in a child process behind a
+//! pseudo-terminal.
 //!
 //! The child keeps the board's time in step with this computer's monotonic clock. When it was held up it catches up; when
 //! it was held up for more than a quarter of a second the board's clock is set back instead ([`LightBoard::slips`]).
@@ -122,6 +123,11 @@ impl LightBoard {
         std::thread::sleep(instant.min(deadline).saturating_duration_since(Instant::now()));
         // A board that ended makes no more edges, but those it would have made are missing.
         self.child.order("sync").is_ok() && self.progress.wait(deadline, |state| state.reached >= Some(instant))
+    }
+
+    /// The child process, for those who measure what it costs.
+    pub fn process_id(&self) -> u32 {
+        self.child.process_id()
     }
 
     /// How well the board kept in step with this computer's clock.

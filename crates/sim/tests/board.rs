@@ -17,7 +17,8 @@ const CYCLES_PER_MICRO: f64 = 16.0;
 /// None, and a loud word, where the board's tools are not installed.
 fn start(config: &BoardConfig) -> Option<(LightBoard, mpsc::Receiver<Edge>)> {
     let (sender, edges) = mpsc::channel();
-    match LightBoard::start(config, move |edge| drop(sender.send(edge))) {
+    // Nobody listens at the end of a test.
+    match LightBoard::start(config, move |edge| _ = sender.send(edge)) {
         Ok(board) => Some((board, edges)),
         Err(SimError::Board(error @ BoardError::NotBuilt { .. })) => {
             println!("SKIPPED: {error} (cargo xtask setup)");
@@ -154,7 +155,7 @@ fn a_capture_is_seen_on_the_pins_in_time_and_in_order() {
 #[test]
 fn an_edge_is_handed_out_soon_after_it_happened() {
     let (sender, edges) = mpsc::channel();
-    let handed_out = move |edge: Edge| drop(sender.send(edge.at.elapsed()));
+    let handed_out = move |edge: Edge| _ = sender.send(edge.at.elapsed());
     let board = match LightBoard::start(&BoardConfig::default(), handed_out) {
         Ok(board) => board,
         Err(SimError::Board(error @ BoardError::NotBuilt { .. })) => return println!("SKIPPED: {error}"),
@@ -176,6 +177,27 @@ fn an_edge_is_handed_out_soon_after_it_happened() {
         latencies[latencies.len() - 1]
     );
     assert!(median < Duration::from_millis(5));
+}
+
+/// Of the child process, not of this one.
+#[test]
+fn an_idle_board_costs_little() {
+    let Some((board, _)) = start(&BoardConfig::default()) else {
+        return;
+    };
+    let cpu_time = || -> Duration {
+        let path = format!("/proc/{}/schedstat", board.process_id());
+        let text = std::fs::read_to_string(path).expect("the kernel tells");
+        let nanos = text.split(' ').next().and_then(|word| word.parse().ok());
+        Duration::from_nanos(nanos.expect("a number"))
+    };
+    let mut client = Client::open(&board);
+    client.greet();
+    let (began, used) = (Instant::now(), cpu_time());
+    assert!(board.wait_until(began + Duration::from_millis(800), PATIENCE));
+    let share = (cpu_time() - used).as_secs_f64() / began.elapsed().as_secs_f64();
+    println!("an idle board takes {:.1} % of a core", 100.0 * share);
+    assert!(share < 0.15);
 }
 
 #[test]

@@ -273,9 +273,10 @@ static void wait_for_input(int64_t ns) {
   struct timespec timeout = {ns / 1000000000, ns % 1000000000};
   if (board_room() == 0) inputs[1].fd = -1;
   if (ppoll(inputs, 3, &timeout, NULL) <= 0) return;
+  /* An order holds for bytes that were sent after it, which may have come while the terminal was being looked at. */
+  if (poll(inputs, 1, 0) > 0) read_orders();
   if (inputs[2].revents) watch_openers();
   if (inputs[1].revents) read_from_host();
-  if (inputs[0].revents) read_orders();
 }
 
 int main(int count, char **arguments) {

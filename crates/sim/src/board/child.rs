@@ -50,6 +50,10 @@ impl Child {
         })
     }
 
+    pub(super) fn process_id(&self) -> u32 {
+        self.process.id()
+    }
+
     pub(super) fn order(&self, order: &str) -> Result<(), BoardError> {
         let mut orders = self.orders.lock();
         let written = orders
