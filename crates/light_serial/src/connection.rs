@@ -26,12 +26,14 @@ struct Closed;
 /// Runs until the controller is dropped.
 pub(crate) async fn serve(config: LightSerialConfig, mut jobs: UnboundedReceiver<Job>, shared: Arc<Shared>) {
     let mut pause = FIRST_PAUSE;
+    let mut told = String::new();
     loop {
         let Err(error) = connect_and_serve(&config, &mut jobs, &shared, &mut pause).await else {
             return;
         };
         let reason = error.to_string();
-        report(&shared, &reason, pause);
+        report(&shared, &reason, &told);
+        told.clone_from(&reason);
         let wait = match error {
             LinkError::OtherFirmware { .. } => PAUSE_AFTER_OTHER_FIRMWARE,
             _ => pause,
@@ -43,12 +45,12 @@ pub(crate) async fn serve(config: LightSerialConfig, mut jobs: UnboundedReceiver
     }
 }
 
-/// The first failure in a row is told, the others are known.
-fn report(shared: &Shared, reason: &str, pause: Duration) {
-    if pause == FIRST_PAUSE {
-        tracing::warn!(reason, "no light controller; trying again");
-    } else {
+/// A failure is told once, however often it is met.
+fn report(shared: &Shared, reason: &str, told: &str) {
+    if reason == told {
         tracing::debug!(reason, "still no light controller");
+    } else {
+        tracing::warn!(reason, "no light controller; trying again");
     }
     shared.fault(reason.to_owned());
     shared.tell_disconnected(reason.to_owned());

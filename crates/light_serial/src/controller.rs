@@ -17,7 +17,8 @@ use crate::shared::Shared;
 use crate::statistics::LinkStatistics;
 
 /// The light controller at a serial port, whether it is there or not. Dropping it turns the lights off and closes the
-/// port, as [`Self::close`] does; the latter also waits for it.
+/// port, as [`Self::close`] does; the latter also waits for it. Where the runtime ends before that, the firmware's watchdog
+/// turns them off within half a second.
 #[derive(Debug)]
 pub struct LightController {
     jobs: mpsc::UnboundedSender<Job>,

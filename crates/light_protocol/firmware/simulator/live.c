@@ -148,6 +148,7 @@ static void unplug(void) {
 
 static void reset(long silence_us) {
   board_reset();
+  count_out = 0;
   /* A boot loader reads what comes and keeps it. */
   board_forget_bytes();
   hold_back(silence_us * 1000LL);
