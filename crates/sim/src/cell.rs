@@ -1,1 +1,280 @@
-//! The world, its cameras and its lights, together.
+//! The world, its cameras and its lights, together: two GigE Vision cameras that expose while the pins of the simulated
+//! light controller light panels and pulse trigger lines.
+//!
+//! ```no_run
+//! use std::time::Duration;
+//!
+//! use sim::cell::{Cell, CellOptions};
+//! use sim::world::World;
+//!
+//! let world = World::read("launch_configs/worlds/table.yaml".as_ref())?;
+//! let cell = Cell::start(world, &CellOptions::default())?;
+//! println!("lights at {}", cell.board().port().display());
+//! cell.wait_until_rendered(Duration::from_secs(60))?;
+//! # Ok::<(), sim::SimError>(())
+//! ```
+
+use std::sync::{Arc, OnceLock};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use geometry::RigidTransform;
+use gige_vision::Server;
+use gige_vision::gvcp::GVCP_PORT;
+
+use crate::SimError;
+use crate::board::{BoardConfig, Edge, LightBoard, Pin};
+use crate::world::{Camera, World};
+use darkroom::Darkroom;
+use eye::Eye;
+use gallery::Gallery;
+use settings::Settings;
+use wires::Wires;
+
+mod darkroom;
+mod eye;
+mod gallery;
+mod settings;
+mod timeline;
+mod wires;
+
+pub use gallery::Sight;
+
+/// How often a camera's settings are looked at, to have images of the right kind ready.
+const LOOK_AROUND: Duration = Duration::from_millis(50);
+
+/// How a cell is set up, apart from its world.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CellOptions {
+    /// Of the cameras. Only the standard one is found by others' clients; 0 takes any that is free.
+    pub control_port: u16,
+    /// The light controller. Without a link of its own it gets that of the world.
+    pub board: BoardConfig,
+    /// How long a frame waits for its view to be rendered, before it is given up.
+    pub patience: Duration,
+}
+
+impl Default for CellOptions {
+    fn default() -> Self {
+        Self {
+            control_port: GVCP_PORT,
+            board: BoardConfig::default(),
+            patience: Duration::from_mins(1),
+        }
+    }
+}
+
+/// A running cell. Dropping it ends everything it started.
+pub struct Cell {
+    // The board's thread calls the servers: it has to end first.
+    board: Arc<LightBoard>,
+    wires: Arc<Wires>,
+    served: Arc<[Served]>,
+    gallery: Arc<Gallery>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+/// A camera on the network.
+struct Served {
+    name: String,
+    trigger_line: u8,
+    server: Server,
+    darkroom: Arc<Darkroom>,
+}
+
+impl Cell {
+    /// Serves the cameras, switches the light controller on and begins to render.
+    pub fn start(world: World, options: &CellOptions) -> Result<Self, SimError> {
+        let mut config = options.board.clone();
+        config.link = config.link.or_else(|| world.lights.port.clone());
+        let cameras = world.cameras.clone();
+        let gallery = Arc::new(Gallery::new(world));
+        let wires = Arc::new(Wires::default());
+        let serve = |(index, camera)| serve(index, camera, &gallery, &wires, options);
+        let served: Arc<[Served]> = cameras.iter().enumerate().map(serve).collect::<Result<_, _>>()?;
+        let (listeners, lines) = (Arc::clone(&served), Arc::clone(&wires));
+        let board = Arc::new(LightBoard::start(&config, move |edge| feel(edge, &listeners, &lines))?);
+        wires.connect(Some(Arc::clone(&board)));
+        let threads = start_threads(&gallery, &served);
+        Ok(Self {
+            board,
+            wires,
+            served,
+            gallery,
+            threads,
+        })
+    }
+
+    /// The camera of this name as it is on the network, to see what it does and to make it fail.
+    pub fn camera(&self, name: &str) -> Option<&Server> {
+        Some(&self.served[self.index(name)?].server)
+    }
+
+    /// The light controller.
+    pub fn board(&self) -> &LightBoard {
+        &self.board
+    }
+
+    /// As it is now.
+    pub fn world(&self) -> Arc<World> {
+        self.gallery.world()
+    }
+
+    /// Changes the world from the next frame on. What is on the network has to stay: the cameras' addresses, serial
+    /// numbers, sensor sizes and trigger lines, and the lights' port.
+    pub fn set_world(&self, world: World) -> Result<(), SimError> {
+        let old = self.world();
+        for (camera, old) in world.cameras.iter().zip(&old.cameras) {
+            check_unchanged(camera, old)?;
+        }
+        if world.lights.port != old.lights.port {
+            return Err(stays("lights.port", &world.lights.port, &old.lights.port));
+        }
+        self.gallery.set_world(world);
+        Ok(())
+    }
+
+    /// Moves the arm's flange, and with it the camera that hangs on it.
+    pub fn set_flange(&self, base_from_flange: RigidTransform) {
+        self.gallery.set_flange(base_from_flange);
+    }
+
+    /// Waits until every camera's view of the present world is rendered, at the binning that it is set to.
+    pub fn wait_until_rendered(&self, timeout: Duration) -> Result<(), SimError> {
+        let end = Instant::now() + timeout;
+        for camera in 0..self.served.len() {
+            let left = end.saturating_duration_since(Instant::now());
+            self.gallery.wait_for_wanted(camera, left)?;
+        }
+        Ok(())
+    }
+
+    /// What a camera sees at the binning that it is set to, with the truth about it; none before it is rendered.
+    pub fn sight(&self, name: &str) -> Option<Arc<Sight>> {
+        Some(self.gallery.current(self.index(name)?)?.sight)
+    }
+
+    fn index(&self, name: &str) -> Option<usize> {
+        self.served.iter().position(|served| served.name == name)
+    }
+}
+
+impl Drop for Cell {
+    fn drop(&mut self) {
+        self.gallery.end();
+        self.wires.connect(None);
+        for served in self.served.iter() {
+            served.darkroom.end();
+        }
+        for thread in self.threads.drain(..) {
+            // A thread that panicked has said so on standard error.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn serve(
+    index: usize,
+    camera: &Camera,
+    gallery: &Arc<Gallery>,
+    wires: &Arc<Wires>,
+    options: &CellOptions,
+) -> Result<Served, SimError> {
+    let darkroom = Arc::new(Darkroom::new(index));
+    let started = Arc::new(OnceLock::new());
+    let eye = Eye {
+        camera: index,
+        gallery: Arc::clone(gallery),
+        darkroom: Arc::clone(&darkroom),
+        wires: Arc::clone(wires),
+        started: Arc::clone(&started),
+        patience: options.patience,
+    };
+    let server = Server::start_on_port(&camera.device_config(), options.control_port, eye).map_err(|source| {
+        SimError::Camera {
+            name: camera.name.clone(),
+            source,
+        }
+    })?;
+    let now = Instant::now();
+    // Device time began when the server did, which is a valid instant; and nobody else sets this.
+    let _ = started.set(now.checked_sub(server.device_time(now)).unwrap_or(now));
+    Ok(Served {
+        name: camera.name.clone(),
+        trigger_line: camera.trigger_line,
+        server,
+        darkroom,
+    })
+}
+
+/// On the board's thread, for every edge in turn.
+fn feel(edge: Edge, cameras: &[Served], wires: &Wires) {
+    match edge.pin {
+        Pin::Panel(output) => wires.record(output, edge.at, edge.high),
+        Pin::Trigger(line) if edge.high => {
+            for camera in cameras.iter().filter(|camera| camera.trigger_line == line) {
+                camera.server.line_trigger(edge.at);
+            }
+        }
+        Pin::Trigger(_) => {}
+    }
+}
+
+fn start_threads(gallery: &Arc<Gallery>, served: &Arc<[Served]>) -> Vec<JoinHandle<()>> {
+    let renderer = Arc::clone(gallery);
+    let mut threads = vec![std::thread::spawn(move || renderer.run())];
+    for camera in 0..served.len() {
+        let (gallery, served) = (Arc::clone(gallery), Arc::clone(served));
+        threads.push(std::thread::spawn(move || {
+            work_ahead(camera, &gallery, &served[camera]);
+        }));
+    }
+    threads
+}
+
+/// Has the view of the binning rendered that a client set, and its next images ready.
+fn work_ahead(camera: usize, gallery: &Gallery, served: &Served) {
+    let mut at_once = false;
+    while at_once || served.darkroom.rest(LOOK_AROUND) {
+        at_once = look_ahead(camera, gallery, served).unwrap_or_else(|error| {
+            tracing::warn!("camera {} cannot work ahead: {error}", served.name);
+            false
+        }) && served.darkroom.rest(Duration::ZERO);
+    }
+}
+
+fn look_ahead(camera: usize, gallery: &Gallery, served: &Served) -> Result<bool, SimError> {
+    let Some(settings) = Settings::of_server(&served.server) else {
+        return Ok(false);
+    };
+    // Before a client came, the world's guess is better than the device's default.
+    if served.server.controller().is_some() {
+        gallery.want(camera, settings.binning);
+    }
+    match gallery.of_binning(camera, settings.binning) {
+        Some(exhibit) => served.darkroom.work_ahead(&exhibit, &settings),
+        None => Ok(false),
+    }
+}
+
+fn check_unchanged(camera: &Camera, old: &Camera) -> Result<(), SimError> {
+    let within = |error: SimError| error.within(&format!("cameras.{}", camera.name));
+    let size = |camera: &Camera| [camera.lens.width(), camera.lens.height()];
+    if camera.address != old.address {
+        return Err(within(stays("address", camera.address, old.address)));
+    }
+    if camera.serial != old.serial {
+        return Err(within(stays("serial", &camera.serial, &old.serial)));
+    }
+    if size(camera) != size(old) {
+        return Err(within(stays("width and height", size(camera), size(old))));
+    }
+    if camera.trigger_line != old.trigger_line {
+        return Err(within(stays("trigger_line", camera.trigger_line, old.trigger_line)));
+    }
+    Ok(())
+}
+
+fn stays<T: std::fmt::Debug>(place: &str, found: T, old: T) -> SimError {
+    SimError::value(place, format!("{found:?}"), format!("{old:?} as long as the cell runs"))
+}

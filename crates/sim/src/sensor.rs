@@ -15,6 +15,8 @@ use crate::SimError;
 use crate::render::RenderedView;
 use noise::{CHUNK, Noise};
 
+pub(crate) use noise::mix;
+
 mod noise;
 
 /// Steps of the output: twelve bits in sixteen.

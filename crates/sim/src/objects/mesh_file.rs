@@ -1,5 +1,6 @@
 //! Objects from mesh files: Wavefront `.obj`, and `.ply` as text or binary.
 
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -34,7 +35,7 @@ impl MeshFile {
             return Err(SimError::value("scale", self.scale.to_string(), "0.000001 to 1000000"));
         }
         let path = folder.join(&self.file);
-        let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+        let extension = path.extension().map(OsStr::to_ascii_lowercase);
         let mut mesh = match extension.as_ref().and_then(|extension| extension.to_str()) {
             Some("obj") => read_obj(&path)?,
             Some("ply") => read_ply(&path)?,

@@ -63,11 +63,12 @@ impl Relief {
     fn add_vertices(&self, mesh: &mut TriangleMesh) {
         let (bumps, cells) = (bumps(self.seed), self.cells);
         let share = |index: u32| f64::from(index) / f64::from(cells);
-        let [x, y] = self.size;
         for (row, column) in (0..=cells).flat_map(|row| (0..=cells).map(move |column| (row, column))) {
             let (u, v) = (share(column), share(row));
-            let z = self.height + self.depth * rise(&bumps, u, v);
-            mesh.vertices.push(Point3::new((u - 0.5) * x, (v - 0.5) * y, z));
+            let height = self.height + self.depth * rise(&bumps, u, v);
+            let [width, depth] = self.size;
+            mesh.vertices
+                .push(Point3::new((u - 0.5) * width, (v - 0.5) * depth, height));
         }
         for index in rim(cells) {
             let above = mesh.vertices[index as usize];

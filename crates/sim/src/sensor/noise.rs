@@ -64,7 +64,7 @@ fn table() -> Vec<f32> {
     values.into_iter().map(|value| value as f32).collect()
 }
 
-/// Spreads a number over 64 bits (the finaliser of SplitMix64; Steele, Lea and Flood 2014).
+/// Spreads a number over 64 bits (the finaliser of `SplitMix64`; Steele, Lea and Flood 2014).
 pub(crate) fn mix(number: u64) -> u64 {
     let number = (number ^ (number >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let number = (number ^ (number >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -1,0 +1,182 @@
+//! Develops a camera's images, the next ones ahead of time: a frame has to be there when a real camera's would be.
+//!
+//! An image depends on the world, the light, the camera's settings and how many images with this light there were since
+//! the world changed, on nothing else: whether it was developed ahead cannot be seen in it.
+
+use std::collections::HashMap;
+use std::time::{Duration, Instant};
+
+use bytes::Bytes;
+use gige_vision::PixelFormat;
+use imaging::{ByteOrder, Image};
+use parking_lot::{Condvar, Mutex};
+
+use super::gallery::Exhibit;
+use super::settings::Settings;
+use crate::SimError;
+use crate::sensor::{Exposure, LightState, mix};
+
+/// Nothing is developed ahead while frames are being served: both would be late.
+const QUIET: Duration = Duration::from_millis(30);
+/// Kinds of light with an image on the shelf: the usual eight and some more.
+const MOST_KINDS: usize = 12;
+
+#[derive(Debug)]
+pub(super) struct Darkroom {
+    camera: usize,
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Debug)]
+struct State {
+    edition: u64,
+    /// Images given of each kind of light in this edition.
+    given: HashMap<LightState, u64>,
+    shelf: HashMap<LightState, (Recipe, Bytes)>,
+    served_at: Instant,
+    ended: bool,
+}
+
+/// All that an image depends on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Recipe {
+    edition: u64,
+    lights: LightState,
+    number: u64,
+    settings: Settings,
+}
+
+impl Darkroom {
+    pub(super) fn new(camera: usize) -> Self {
+        Self {
+            camera,
+            state: Mutex::new(State {
+                edition: 0,
+                given: HashMap::new(),
+                shelf: HashMap::new(),
+                served_at: Instant::now(),
+                ended: false,
+            }),
+            changed: Condvar::new(),
+        }
+    }
+
+    /// The next image with this light.
+    pub(super) fn image(&self, exhibit: &Exhibit, lights: LightState, settings: &Settings) -> Result<Bytes, SimError> {
+        let (recipe, ready) = {
+            let mut state = self.state.lock();
+            let recipe = state.next(exhibit, lights, settings);
+            *state.given.entry(lights).or_default() += 1;
+            state.served_at = Instant::now();
+            let ready = state.shelf.remove(&lights).filter(|(ready, _)| *ready == recipe);
+            (recipe, ready)
+        };
+        let image = match ready {
+            Some((_, image)) => Ok(image),
+            None => self.develop(exhibit, &recipe),
+        };
+        self.state.lock().served_at = Instant::now();
+        image
+    }
+
+    /// Develops one image that will be asked for next; false when there is nothing to do.
+    pub(super) fn work_ahead(&self, exhibit: &Exhibit, settings: &Settings) -> Result<bool, SimError> {
+        let Some(recipe) = self.state.lock().missing(exhibit, settings) else {
+            return Ok(false);
+        };
+        let image = self.develop(exhibit, &recipe)?;
+        let mut state = self.state.lock();
+        // Meanwhile it may have been asked for.
+        if state.next(exhibit, recipe.lights, settings) == recipe {
+            state.shelf.insert(recipe.lights, (recipe, image));
+        }
+        Ok(true)
+    }
+
+    /// Sleeps for a while, at least until no frame has been served for some time; false at the end.
+    pub(super) fn rest(&self, time: Duration) -> bool {
+        let mut state = self.state.lock();
+        let rested = Instant::now() + time;
+        loop {
+            let until = rested.max(state.served_at + QUIET);
+            if state.ended || Instant::now() >= until {
+                break;
+            }
+            self.changed.wait_until(&mut state, until);
+        }
+        !state.ended
+    }
+
+    pub(super) fn end(&self) {
+        self.state.lock().ended = true;
+        self.changed.notify_all();
+    }
+
+    fn develop(&self, exhibit: &Exhibit, recipe: &Recipe) -> Result<Bytes, SimError> {
+        let Settings {
+            exposure,
+            gain_millidecibels,
+            black_level,
+            binning,
+            region,
+            pixel_format,
+        } = recipe.settings;
+        let exposure = Exposure {
+            seconds: exposure.as_secs_f64(),
+            gain_decibels: f64::from(gain_millidecibels) / 1000.0,
+            black_level,
+            averaged: binning[0] * binning[1],
+            region,
+        };
+        let sensor = &exhibit.world.cameras[self.camera].sensor;
+        let noise = self.noise(exhibit.world.seed, recipe);
+        let image = sensor.expose(&exhibit.sight.rendered, recipe.lights, &exposure, noise)?;
+        Ok(pack(image, pixel_format))
+    }
+
+    fn noise(&self, seed: u64, recipe: &Recipe) -> u64 {
+        let parts = [self.camera as u64, recipe.number];
+        let lights = recipe.lights.shares().map(f64::to_bits);
+        parts
+            .into_iter()
+            .chain(lights)
+            .fold(mix(seed), |hash, part| mix(hash ^ mix(part.wrapping_add(1))))
+    }
+}
+
+impl State {
+    fn next(&mut self, exhibit: &Exhibit, lights: LightState, settings: &Settings) -> Recipe {
+        if self.edition != exhibit.edition {
+            self.edition = exhibit.edition;
+            self.given.clear();
+            self.shelf.clear();
+        }
+        Recipe {
+            edition: self.edition,
+            lights,
+            number: self.given.get(&lights).copied().unwrap_or_default(),
+            settings: *settings,
+        }
+    }
+
+    /// The first image of the usual kinds, or of those that were asked for, that is not on the shelf.
+    fn missing(&mut self, exhibit: &Exhibit, settings: &Settings) -> Option<Recipe> {
+        let usual = (0..=7).map(LightState::single);
+        let mut kinds: Vec<_> = usual.chain(self.given.keys().copied()).collect();
+        kinds.truncate(MOST_KINDS);
+        kinds.into_iter().find_map(|lights| {
+            let recipe = self.next(exhibit, lights, settings);
+            let ready = self.shelf.get(&lights).is_some_and(|(ready, _)| *ready == recipe);
+            (!ready).then_some(recipe)
+        })
+    }
+}
+
+fn pack(image: Image<u16>, format: PixelFormat) -> Bytes {
+    if format == PixelFormat::Mono16 && ByteOrder::NATIVE == ByteOrder::Little {
+        // These are the bytes on the wire already.
+        return Bytes::from_owner(image);
+    }
+    format.pack(image.pixels()).into()
+}
