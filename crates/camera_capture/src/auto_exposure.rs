@@ -18,6 +18,9 @@ const TOLERANCE: f64 = 0.02;
 /// Most captures of one call.
 const CAPTURES: usize = 6;
 
+/// The longest exposure that is tried: eight of them take a second.
+const LONGEST: Duration = Duration::from_millis(100);
+
 /// How the search went for one camera.
 struct Search {
     camera: usize,
@@ -68,7 +71,8 @@ async fn step(session: &mut Session, open: &[usize], searches: &mut [Search]) ->
             }
         };
         search.level = brightness.level;
-        match brightness.advise(exposure, TARGET, TOLERANCE, &ImageParameters::exposure_range()) {
+        let range = *ImageParameters::exposure_range().start()..=LONGEST.max(exposure);
+        match brightness.advise(exposure, TARGET, TOLERANCE, &range) {
             ExposureAdvice::Reached => search.end = Some(Ok(())),
             ExposureAdvice::Expose(exposure) => set(session, search, exposure),
             ExposureAdvice::AtLimit { needed } => {

@@ -148,7 +148,7 @@ async fn short_frames_and_foreign_formats_void_the_capture() {
     );
     let reason = rig.failed_capture().await;
     assert!(
-        reason.contains("camera c2, step 0 (dark): a frame of") && reason.contains("192 x 160"),
+        reason.contains("camera c2, step 0 (dark): a frame of") && reason.contains("96 x 64"),
         "{reason}"
     );
     rig.set_faults(

@@ -55,7 +55,7 @@ async fn a_value_that_the_camera_refuses_is_told_and_put_back() {
     logs.wait_for(&["refused; the old values hold", "60000"]).await;
     let answer = rig.capture(&[]).await;
     assert!(answer.success, "{}", answer.message);
-    assert!(reader.taken(8).await.iter().all(|taken| taken.image.width == 192));
+    assert!(reader.taken(8).await.iter().all(|taken| taken.image.width == 96));
     rig.stop().await;
 }
 

@@ -55,7 +55,7 @@ async fn a_capture_is_eight_images_of_each_camera_under_the_light_they_name() {
             assert_eq!(exposure.exposure_time.nanosec, 2_500_000);
             assert_eq!(
                 (taken.image.encoding.as_str(), taken.image.width, taken.info.width),
-                ("mono16", 192, 192)
+                ("mono16", 96, 96)
             );
             assert!(shows_its_light(taken), "{exposure:?}: {:?}", taken.slopes());
         }
