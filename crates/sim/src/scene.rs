@@ -6,6 +6,8 @@ mod rig;
 use geometry::nalgebra::{Point3, Unit, Vector3};
 use geometry::{PinholeCamera, RigidTransform, TriangleMesh};
 
+pub use rig::AMBIENT_RADIANCE;
+
 /// All that shines and reflects. Surfaces are Lambertian.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {

@@ -3,9 +3,12 @@
 //! The light of a panel is exact where the whole panel is seen (Lambert's polygon formula, cut at the surface's own
 //! horizon); rays find how much of it is hidden. The same seed gives the same image on any number of threads.
 
+mod chart;
 mod direct;
+mod indirect;
 mod polygon;
 mod primary;
+mod radiosity;
 mod random;
 mod rectangle;
 mod shade;
@@ -17,7 +20,9 @@ use rayon::prelude::*;
 use crate::SimError;
 use crate::scene::{Scene, View};
 
+use indirect::Indirect;
 use primary::Primary;
+use radiosity::Radiosity;
 use shade::{AMBIENT, CHANNELS, Shader};
 use stage::Stage;
 
@@ -55,8 +60,11 @@ pub fn render(scene: &Scene, view: &View, options: &RenderOptions) -> Result<Ren
     }
     let stage = Stage::new(scene)?;
     let primary = Primary::new(&stage, view)?;
+    let radiosity = Radiosity::new(&stage, options.seed);
+    let indirect = Indirect::new(&primary, &radiosity, options.seed);
     let shader = Shader {
         primary: &primary,
+        indirect: &indirect,
         seed: options.seed,
     };
     develop(&primary, &shader.shade())

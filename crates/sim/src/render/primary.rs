@@ -71,6 +71,11 @@ impl<'a> Primary<'a> {
         Ok(primary)
     }
 
+    /// Focal length, pixels.
+    pub(super) fn focal(&self) -> f64 {
+        self.view.camera.focal()[0]
+    }
+
     /// What the middle of a pixel sees.
     pub(super) fn place(&self, x: usize, y: usize) -> Option<Place> {
         let sample = self.samples[y * self.width + x];
@@ -133,7 +138,7 @@ impl<'a> Primary<'a> {
             return false;
         };
         let step = f64::from(here.depth - there.depth).abs();
-        let pixel = f64::from(here.depth) / self.view.camera.focal()[0];
+        let pixel = f64::from(here.depth) / self.focal();
         one.body == other.body && one.normal.dot(&other.normal) > SMOOTH_COSINE && step < SMOOTH_STEP_PX * pixel
     }
 }

@@ -91,9 +91,4 @@ impl Rectangle {
     pub(super) fn height(&self, point: &Point3<f64>) -> f64 {
         (point - self.centre).dot(&self.normal)
     }
-
-    pub(super) fn corners(&self) -> [Point3<f64>; 4] {
-        let [right, up] = self.half;
-        [[-right, -up], [right, -up], [right, up], [-right, up]].map(|at| self.at(at))
-    }
 }

@@ -9,6 +9,7 @@ use geometry::nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use super::direct::{Patch, ShadowRays, direct_light};
+use super::indirect::Indirect;
 use super::primary::{Primary, Surrounding};
 use super::random::{hash, unit};
 use super::stage::{Place, Stage};
@@ -41,6 +42,7 @@ const BENT_SHADOW_RAYS: ShadowRays = ShadowRays { few: 6, many: 32 };
 /// Everything that is needed to shade a pixel.
 pub(super) struct Shader<'a> {
     pub(super) primary: &'a Primary<'a>,
+    pub(super) indirect: &'a Indirect,
     pub(super) seed: u64,
 }
 
@@ -62,23 +64,24 @@ impl Shader<'_> {
         self.primary.stage
     }
 
-    /// All light that falls on a patch.
-    fn irradiance(&self, patch: &Patch<'_>, rays: ShadowRays) -> Light {
+    /// All light that falls on a patch in a pixel.
+    fn irradiance(&self, x: usize, y: usize, patch: &Patch<'_>, rays: ShadowRays) -> Light {
         let direct = direct_light(self.stage(), patch, rays);
-        let mut all = [0.0; CHANNELS];
-        all[..AMBIENT].copy_from_slice(&direct);
-        all[AMBIENT] = PI * self.stage().scene.ambient_radiance;
+        let mut all = self.indirect.irradiance(x, y, &patch.point, &patch.normal);
+        for (all, direct) in all.iter_mut().zip(direct) {
+            *all += direct;
+        }
         all
     }
 
-    fn irradiance_at(&self, place: &Place) -> Light {
+    fn irradiance_at(&self, x: usize, y: usize, place: &Place) -> Light {
         let patch = Patch {
             point: place.point,
             normal: place.normal,
             origins: &[place.lifted()],
             shift: [0.5; 2],
         };
-        self.irradiance(&patch, SHADOW_RAYS)
+        self.irradiance(x, y, &patch, SHADOW_RAYS)
     }
 
     /// What a place sends out of the light that falls on it.
@@ -128,7 +131,11 @@ impl Shader<'_> {
         };
         for group in &groups {
             let patch = group.patch(shift);
-            let reflected = self.reflected(&group.first, group.albedo(), &self.irradiance(&patch, shadow_rays));
+            let reflected = self.reflected(
+                &group.first,
+                group.albedo(),
+                &self.irradiance(x, y, &patch, shadow_rays),
+            );
             accumulate(&mut light, &reflected, share * group.count() as f64);
         }
         light
@@ -263,7 +270,7 @@ impl<'a> Block<'a> {
 
     fn irradiance(&mut self, x: usize, y: usize, place: &Place) -> Light {
         let shader = self.shader;
-        *self.known[y * BLOCK + x].get_or_insert_with(|| shader.irradiance_at(place))
+        *self.known[y * BLOCK + x].get_or_insert_with(|| shader.irradiance_at(self.left + x, self.top + y, place))
     }
 
     /// Whether a part lies inside the image and in one plane, without an edge.

@@ -122,6 +122,12 @@ impl<'a> Stage<'a> {
         }
     }
 
+    /// Of a triangle.
+    pub(super) fn area(&self, triangle: usize) -> f64 {
+        let [a, b, c] = self.mesh.corners(triangle);
+        (b - a).cross(&(c - a)).norm() / 2.0
+    }
+
     /// The rectangle that such a surface is.
     pub(super) fn rectangle(&self, surface: u32) -> &Rectangle {
         &self.rectangles[surface as usize - self.facets.len()]

@@ -12,6 +12,10 @@ const WORKSPACE: Point3<f64> = Point3::new(0.43, 0.0, 0.0);
 /// Long and short side of a panel.
 const PANEL_SIZE: [f64; 2] = [0.25, 0.1];
 
+/// Radiance of the ambient light of the rig, in the panels' unit: with it, a level surface on the mat gets 3 % of what L1
+/// gives a surface that faces it there.
+pub const AMBIENT_RADIANCE: f64 = 1.29e-3;
+
 /// Where camera 1 hangs when the wrist is over the middle of the mat.
 const C1_TRANSLATION: [f64; 3] = [0.412_294_794_6, -0.008_256_072_9, 0.331_403_135_5];
 const C1_QUATERNION_XYZW: [f64; 4] = [0.731_104_102_3, 0.681_582_123_3, 0.029_045_118_7, 0.009_433_020_3];
@@ -20,24 +24,32 @@ const C2_QUATERNION_XYZW: [f64; 4] = [0.689_882_928_0, 0.697_137_943_3, -0.024_7
 
 impl Room {
     /// The surroundings of the rig: mat, table, a wall at +y and a ceiling.
+    ///
+    /// The captures of the rig do not say where table, wall and ceiling end. These are the places and sizes that explain
+    /// best, with [`AMBIENT_RADIANCE`], the light on the unlit sides of four hemispheres all over the mat.
     pub fn rig() -> Self {
-        let wall = |centre: [f64; 3], normal, right, size| Wall {
-            centre: centre.into(),
-            normal,
-            right,
-            size,
-            albedo: 0.7,
-        };
         Self {
             mat_centre: [WORKSPACE.x, WORKSPACE.y],
             mat_size: [0.46, 0.61],
             mat_albedo: 0.04,
-            table_centre: [WORKSPACE.x, WORKSPACE.y],
-            table_size: [2.0, 2.0],
+            table_centre: [0.6, 0.32],
+            table_size: [2.1, 2.1],
             table_albedo: 0.3,
             walls: vec![
-                wall([0.43, 1.0, 1.0], -Vector3::y_axis(), Vector3::x_axis(), [4.0, 2.0]),
-                wall([0.43, 0.0, 2.0], -Vector3::z_axis(), Vector3::x_axis(), [4.0, 4.0]),
+                Wall {
+                    centre: Point3::new(0.43, 0.875, 1.04),
+                    normal: -Vector3::y_axis(),
+                    right: Vector3::x_axis(),
+                    size: [3.2, 2.08],
+                    albedo: 0.7,
+                },
+                Wall {
+                    centre: Point3::new(0.43, 0.0, 1.84),
+                    normal: -Vector3::z_axis(),
+                    right: Vector3::x_axis(),
+                    size: [2.7, 2.7],
+                    albedo: 0.7,
+                },
             ],
         }
     }
