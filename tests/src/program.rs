@@ -97,6 +97,27 @@ impl Program {
         self.child.try_wait().expect("a child's state can be asked for")
     }
 
+    /// Its process id.
+    pub fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Waits until it ends by itself, or because of what was done to it.
+    ///
+    /// # Panics
+    ///
+    /// When it does not in time.
+    pub fn wait(&mut self) -> ExitStatus {
+        let deadline = Instant::now() + TIMEOUT;
+        loop {
+            if let Some(status) = self.has_ended() {
+                return status;
+            }
+            assert!(Instant::now() < deadline, "{} does not end", self.name);
+            thread::sleep(POLL);
+        }
+    }
+
     /// Ends it as `kill -9` does: no word to anybody.
     ///
     /// # Panics
@@ -114,14 +135,7 @@ impl Program {
     /// When it does not end in time.
     pub fn finish(&mut self) -> ExitStatus {
         drop(self.child.stdin.take());
-        let deadline = Instant::now() + TIMEOUT;
-        loop {
-            if let Some(status) = self.has_ended() {
-                return status;
-            }
-            assert!(Instant::now() < deadline, "{} does not end", self.name);
-            thread::sleep(POLL);
-        }
+        self.wait()
     }
 }
 
