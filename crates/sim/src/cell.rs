@@ -85,6 +85,15 @@ struct Served {
 impl Cell {
     /// Serves the cameras, switches the light controller on and begins to render.
     pub fn start(world: World, options: &CellOptions) -> Result<Self, SimError> {
+        Self::start_watched(world, options, |_| {})
+    }
+
+    /// The same; `watcher` is shown every edge of the light controller's pins, in order, and must not block.
+    pub fn start_watched(
+        world: World,
+        options: &CellOptions,
+        mut watcher: impl FnMut(&Edge) + Send + 'static,
+    ) -> Result<Self, SimError> {
         let mut config = options.board.clone();
         config.link = config.link.or_else(|| world.lights.port.clone());
         let cameras = world.cameras.clone();
@@ -93,7 +102,10 @@ impl Cell {
         let serve = |(index, camera)| serve(index, camera, &gallery, &wires, options);
         let served: Arc<[Served]> = cameras.iter().enumerate().map(serve).collect::<Result<_, _>>()?;
         let (listeners, lines) = (Arc::clone(&served), Arc::clone(&wires));
-        let board = Arc::new(LightBoard::start(&config, move |edge| feel(edge, &listeners, &lines))?);
+        let board = Arc::new(LightBoard::start(&config, move |edge| {
+            watcher(&edge);
+            feel(edge, &listeners, &lines);
+        })?);
         wires.connect(Some(Arc::clone(&board)));
         let threads = start_threads(&gallery, &served);
         Ok(Self {
@@ -147,6 +159,16 @@ impl Cell {
             self.gallery.wait_for_wanted(camera, left)?;
         }
         Ok(())
+    }
+
+    /// Whether every camera's view of the present world is rendered; fails when one cannot be.
+    pub fn is_rendered(&self) -> Result<bool, SimError> {
+        for camera in 0..self.served.len() {
+            if !self.gallery.is_rendered(camera)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// What a camera sees at the binning that it is set to, with the truth about it; none before it is rendered.
