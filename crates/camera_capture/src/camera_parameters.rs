@@ -36,6 +36,7 @@ struct TransportParameters {
     packet_size: ParameterHandle<i64>,
     packet_delay: ParameterHandle<i64>,
     packet_socket: ParameterHandle<bool>,
+    socket_buffer: ParameterHandle<i64>,
     trigger_source: ParameterHandle<String>,
 }
 
@@ -117,6 +118,7 @@ impl CameraParameters {
             // The ranges of these parameters are the driver's own.
             packet_size: self.transport.packet_size.get() as u32,
             packet_delay: Duration::from_nanos(self.transport.packet_delay.get() as u64),
+            socket_buffer: Some(self.transport.socket_buffer.get() as u32).filter(|bytes| *bytes > 0),
             ..CameraConfig::new(self.guid.get())
         };
         config.check().map_err(|problem| Error::Camera {
@@ -173,6 +175,13 @@ impl TransportParameters {
                 Parameter::bool(name("TransportLayerControl.packet_socket"), defaults.packet_socket)
                     .read_only()
                     .describe("Receive past the kernel's UDP where the process may (CAP_NET_RAW); else by UDP"),
+            )?,
+            socket_buffer: parameters.declare(
+                Parameter::integer(name("TransportLayerControl.socket_buffer"), 0)
+                    .unit("bytes")
+                    .range(0..=i64::from(*CameraConfig::SOCKET_BUFFER.end()))
+                    .read_only()
+                    .describe("Buffer of the UDP socket, as far as the kernel grants it; 0: as large as a frame"),
             )?,
             trigger_source: parameters.declare(
                 Parameter::string(name("AcquisitionControl.TriggerSource"), defaults.trigger_line)
