@@ -169,12 +169,12 @@ fn other_writers_messages_are_the_bytes_that_they_wrote() {
     let (Some(folder), Some(python)) = (shared("data/bags"), python()) else {
         return;
     };
-    let script = r#"
+    let script = r"
 import sys, zlib, numpy
 expected = numpy.load(sys.argv[1])
 for key in sorted(expected.files):
     print(key[3:], zlib.crc32(expected[key].tobytes()))
-"#;
+";
     let output = Command::new(python)
         .args(["-c", script])
         .arg(folder.join("expected.npz"))
