@@ -15,6 +15,8 @@ pub(crate) struct Armed {
     next: usize,
     /// On the camera's clock; what was exposed before is stale.
     since: Duration,
+    /// Frames that were on their way when it was armed. They come before all others.
+    old: usize,
 }
 
 /// A whole frame.
@@ -28,7 +30,7 @@ pub(crate) struct Image {
 }
 
 impl Armed {
-    pub(crate) fn new(count: usize, since: Duration) -> (Self, Frames) {
+    pub(crate) fn new(count: usize, since: Duration, old: usize) -> (Self, Frames) {
         let (frames, receiver) = mpsc::unbounded_channel();
         let next = 0;
         let armed = Self {
@@ -36,6 +38,7 @@ impl Armed {
             count,
             next,
             since,
+            old,
         };
         (armed, receiver)
     }
@@ -45,9 +48,12 @@ impl Armed {
         self.next >= self.count || self.frames.is_closed()
     }
 
-    /// A frame whose time of exposure is unknown may be anything: it is not stale.
-    pub(crate) fn is_stale(&self, exposed_at: Option<Duration>) -> bool {
-        exposed_at.is_some_and(|at| at < self.since)
+    /// Whether a frame is from before; to be asked once for each that comes. The camera's clock tells. A frame whose
+    /// first packet, with its time, was lost is judged by its place.
+    pub(crate) fn is_stale(&mut self, exposed_at: Option<Duration>) -> bool {
+        let was_on_its_way = self.old > 0;
+        self.old = self.old.saturating_sub(1);
+        exposed_at.map_or(was_on_its_way, |at| at < self.since)
     }
 
     pub(crate) fn missing(&mut self, count: u64) {
@@ -103,7 +109,7 @@ mod tests {
 
     #[test]
     fn missing_frames_take_their_places_and_no_more_than_were_asked_for() {
-        let (mut armed, mut frames) = Armed::new(5, Duration::ZERO);
+        let (mut armed, mut frames) = Armed::new(5, Duration::ZERO, 0);
         armed.image(image());
         armed.missing(2);
         armed.image(image());
@@ -125,11 +131,12 @@ mod tests {
     }
 
     #[test]
-    fn what_was_exposed_before_is_stale_and_what_is_unknown_is_not() {
-        let (armed, frames) = Armed::new(1, Duration::from_secs(4));
+    fn what_was_exposed_before_is_stale_and_place_tells_where_time_does_not() {
+        let (mut armed, frames) = Armed::new(1, Duration::from_secs(4), 2);
         assert!(armed.is_stale(Some(Duration::from_secs(3))));
+        assert!(armed.is_stale(None), "the second that was on its way");
+        assert!(!armed.is_stale(None), "the first of the new ones");
         assert!(!armed.is_stale(Some(Duration::from_secs(4))));
-        assert!(!armed.is_stale(None));
         assert!(!armed.has_ended());
         drop(frames);
         assert!(armed.has_ended());

@@ -17,12 +17,17 @@ type Reply<T> = oneshot::Sender<Result<T, CameraError>>;
 
 /// What is asked of the camera's thread.
 #[derive(Debug)]
+#[cfg_attr(
+    not(feature = "aravis"),
+    expect(dead_code, reason = "without Aravis nobody reads what is asked")
+)]
 pub(crate) enum Command {
     Configure(CameraSettings, Reply<AppliedSettings>),
     Arm(usize, Reply<Frames>),
     Trigger(Reply<()>),
 }
 
+#[cfg(feature = "aravis")]
 impl Command {
     pub(crate) fn refuse(self, error: CameraError) {
         // Who asked may have gone away meanwhile.
@@ -36,6 +41,10 @@ impl Command {
 
 /// All that wakes the camera's thread.
 #[derive(Debug)]
+#[cfg_attr(
+    not(feature = "aravis"),
+    expect(dead_code, reason = "without Aravis nobody reads what is asked")
+)]
 pub(crate) enum Event {
     Command(Command),
     #[cfg(feature = "aravis")]

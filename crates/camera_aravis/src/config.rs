@@ -1,7 +1,6 @@
 //! Which camera, and how its frames travel.
 
 use std::fmt::Display;
-use std::net::Ipv4Addr;
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
@@ -54,7 +53,7 @@ impl CameraConfig {
     /// Time allowed before a missing packet is asked for again.
     pub const RESEND_PATIENCE: RangeInclusive<Duration> = Duration::from_millis(1)..=Duration::from_secs(1);
     /// Silence allowed; Aravis speaks once a second.
-    pub const HEARTBEAT: RangeInclusive<Duration> = Duration::from_millis(2000)..=Duration::from_mins(1);
+    pub const HEARTBEAT: RangeInclusive<Duration> = Duration::from_secs(2)..=Duration::from_mins(1);
     /// Pause allowed between attempts to open.
     pub const RETRY: RangeInclusive<Duration> = Duration::from_millis(100)..=Duration::from_secs(5);
     /// Number of buffers allowed.
@@ -107,12 +106,13 @@ impl CameraConfig {
     }
 
     /// The camera's address, when that is what it is called by.
-    pub(crate) fn address(&self) -> Option<Ipv4Addr> {
+    #[cfg(feature = "aravis")]
+    pub(crate) fn address(&self) -> Option<std::net::Ipv4Addr> {
         self.guid.trim().parse().ok()
     }
 }
 
-fn within<T: PartialOrd + Display>(
+fn within<T: PartialOrd + Display + Copy>(
     field: &'static str,
     value: T,
     range: &RangeInclusive<T>,

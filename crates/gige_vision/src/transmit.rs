@@ -7,8 +7,9 @@ use bytes::Bytes;
 
 use crate::gvsp::{Content, HEADER_BYTES, IP_UDP_BYTES, Leader, Packet, STATUS_OK, STATUS_RESENT, STATUS_UNAVAILABLE};
 
-/// Frames kept for resends, the one being sent included.
-const FRAMES_KEPT: usize = 4;
+/// Frames kept for resends, the one being sent included: a capture of eight and one more, so that the first packet of
+/// a capture can still be had when its last one has left.
+const FRAMES_KEPT: usize = 9;
 /// Requests for resends that wait at most; a host asks again for what it still misses.
 const MOST_RESENDS: usize = 1024;
 /// A sender that woke up late may hurry by this much, no more: a burst would overrun the receiver's buffer.

@@ -135,10 +135,10 @@ impl Session {
 
     pub(super) fn arm(&mut self, count: usize) -> Result<Frames, CameraError> {
         self.armed = None;
-        self.require_settings("arming")?;
+        let streaming = self.require_settings("arming")?;
         let now = self.clock.now(&self.device);
         let since = now.map_err(|error| self.features().failed("reading its clock", &error))?;
-        let (armed, frames) = Armed::new(count, since);
+        let (armed, frames) = Armed::new(count, since, streaming.on_their_way());
         self.armed = Some(armed);
         Ok(frames)
     }
@@ -183,30 +183,29 @@ impl Session {
         if buffer.status() == BufferStatus::Aborted {
             return;
         }
+        streaming.note_return();
         let arrival = streaming.examine(&buffer);
         let Step::New { missing } = streaming.order.next(arrival.id) else {
             tracing::warn!(guid = self.config.guid, id = arrival.id, "a frame came twice");
             return streaming.give_back(buffer);
         };
-        let Some(armed) = self.armed.as_mut().filter(|armed| !armed.is_stale(arrival.exposed_at)) else {
+        let armed = self.armed.as_mut();
+        let Some(armed) = armed.and_then(|armed| (!armed.is_stale(arrival.exposed_at)).then_some(armed)) else {
             return streaming.give_back(buffer);
         };
         armed.missing(missing);
-        match arrival.fault {
-            Some(fault) => {
-                armed.fault(fault);
-                streaming.give_back(buffer);
-            }
-            None => {
-                streaming.replenish();
-                armed.image(Image {
-                    exposed_at: arrival.exposed_at.unwrap_or(Duration::ZERO),
-                    received_at,
-                    width: streaming.applied.width,
-                    height: streaming.applied.height,
-                    pixels: streaming.buffers.share(buffer),
-                });
-            }
+        if let Some(fault) = arrival.fault {
+            armed.fault(fault);
+            streaming.give_back(buffer);
+        } else {
+            streaming.replenish();
+            armed.image(Image {
+                exposed_at: arrival.exposed_at.unwrap_or(Duration::ZERO),
+                received_at,
+                width: streaming.applied.width,
+                height: streaming.applied.height,
+                pixels: streaming.buffers.share(buffer),
+            });
         }
         if armed.has_ended() {
             self.armed = None;

@@ -39,6 +39,8 @@ pub(super) struct Streaming {
     pub(super) buffers: Buffers,
     /// Whether the kernel's UDP is passed by.
     packet_socket: bool,
+    /// Buffers given to the stream and not yet seen again.
+    lent: usize,
 }
 
 /// A frame as it came out of the stream.
@@ -82,7 +84,18 @@ impl Streaming {
             order: FrameOrder::default(),
             buffers,
             packet_socket,
+            lent: config.buffers,
         })
+    }
+
+    /// Frames that have begun to arrive and have not been looked at.
+    pub(super) fn on_their_way(&self) -> usize {
+        let (waiting, _) = self.stream.n_buffers();
+        self.lent.saturating_sub(waiting.max(0) as usize)
+    }
+
+    pub(super) fn note_return(&mut self) {
+        self.lent = self.lent.saturating_sub(1);
     }
 
     /// What came, against what was set.
@@ -124,12 +137,14 @@ impl Streaming {
     }
 
     /// Gives the stream a buffer in place of one that it filled.
-    pub(super) fn replenish(&self) {
+    pub(super) fn replenish(&mut self) {
+        self.lent += 1;
         self.stream.push_buffer(self.buffers.take());
     }
 
     /// Gives the buffer itself back.
-    pub(super) fn give_back(&self, buffer: aravis::Buffer) {
+    pub(super) fn give_back(&mut self, buffer: aravis::Buffer) {
+        self.lent += 1;
         clear(&buffer);
         self.stream.push_buffer(buffer);
     }

@@ -13,18 +13,18 @@ use devices::{
 use gige_vision::{DeviceConfig, FrameRequest, GigeVisionError, Server};
 
 /// For everything that must happen, on a busy machine too.
-pub const PATIENCE: Duration = Duration::from_secs(30);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
 /// Side of the small sensor.
-pub const SIDE: u32 = 256;
+pub(crate) const SIDE: u32 = 256;
 
 /// An address of loopback for this process, so that runs side by side do not meet.
-pub fn address(last: u8) -> Ipv4Addr {
+pub(crate) fn address(last: u8) -> Ipv4Addr {
     let [.., middle, low] = std::process::id().to_be_bytes();
     Ipv4Addr::new(127, 128 + (middle & 63), low, last)
 }
 
 /// Every frame differs from every other, in every pixel.
-pub fn pixel(index: u32, place: usize) -> u16 {
+pub(crate) fn pixel(index: u32, place: usize) -> u16 {
     (place as u32).wrapping_mul(40503).wrapping_add(index * 257) as u16
 }
 
@@ -34,7 +34,7 @@ fn picture(request: &FrameRequest) -> Bytes {
     request.pixel_format.pack(&samples).into()
 }
 
-pub fn device(last: u8) -> DeviceConfig {
+pub(crate) fn device(last: u8) -> DeviceConfig {
     DeviceConfig {
         sensor_width: SIDE,
         sensor_height: SIDE,
@@ -43,7 +43,7 @@ pub fn device(last: u8) -> DeviceConfig {
 }
 
 /// None, and a loud line, where the address cannot be had.
-pub fn serve(last: u8) -> Option<Server> {
+pub(crate) fn serve(last: u8) -> Option<Server> {
     match Server::start(&device(last), picture) {
         Ok(server) => Some(server),
         Err(GigeVisionError::Bind { address, source }) => {
@@ -54,19 +54,19 @@ pub fn serve(last: u8) -> Option<Server> {
     }
 }
 
-pub fn config(last: u8) -> CameraConfig {
+pub(crate) fn config(last: u8) -> CameraConfig {
     CameraConfig::new(address(last).to_string())
 }
 
 /// Received by UDP, whoever runs the test.
-pub fn udp(last: u8) -> CameraConfig {
+pub(crate) fn udp(last: u8) -> CameraConfig {
     CameraConfig {
         packet_socket: false,
         ..config(last)
     }
 }
 
-pub fn settings(trigger: TriggerMode) -> CameraSettings {
+pub(crate) fn settings(trigger: TriggerMode) -> CameraSettings {
     CameraSettings {
         region: None,
         binning: Binning {
@@ -80,20 +80,20 @@ pub fn settings(trigger: TriggerMode) -> CameraSettings {
     }
 }
 
-pub async fn wait_for(camera: &AravisCamera, what: &str, wanted: impl FnMut(&CameraLink) -> bool) -> CameraLink {
+pub(crate) async fn wait_for(camera: &AravisCamera, what: &str, wanted: impl FnMut(&CameraLink) -> bool) -> CameraLink {
     let mut link = camera.link();
     let found = tokio::time::timeout(PATIENCE, link.wait_for(wanted)).await;
     found.unwrap_or_else(|_| panic!("{what}")).unwrap().clone()
 }
 
-pub async fn wait_open(camera: &AravisCamera) {
+pub(crate) async fn wait_open(camera: &AravisCamera) {
     wait_for(camera, "the camera does not open", |link| {
         matches!(link, CameraLink::Open { .. })
     })
     .await;
 }
 
-pub async fn wait_lost(camera: &AravisCamera) -> String {
+pub(crate) async fn wait_lost(camera: &AravisCamera) -> String {
     let lost = |link: &CameraLink| matches!(link, CameraLink::Lost { reason } if !reason.contains("is being opened"));
     match wait_for(camera, "the camera is not lost", lost).await {
         CameraLink::Lost { reason } => reason,
@@ -101,7 +101,7 @@ pub async fn wait_lost(camera: &AravisCamera) -> String {
     }
 }
 
-pub async fn open(config: CameraConfig, trigger: TriggerMode) -> (AravisCamera, AppliedSettings) {
+pub(crate) async fn open(config: CameraConfig, trigger: TriggerMode) -> (AravisCamera, AppliedSettings) {
     let camera = AravisCamera::open(config);
     wait_open(&camera).await;
     let applied = camera.configure(settings(trigger)).await.unwrap();
@@ -109,19 +109,19 @@ pub async fn open(config: CameraConfig, trigger: TriggerMode) -> (AravisCamera, 
 }
 
 /// The next event; `None` at the end.
-pub async fn next(frames: &mut Frames) -> Option<FrameEvent> {
+pub(crate) async fn next(frames: &mut Frames) -> Option<FrameEvent> {
     let event = tokio::time::timeout(PATIENCE, frames.recv()).await;
     event.expect("no frame, no fault and no end")
 }
 
-pub async fn next_frame(frames: &mut Frames) -> Frame {
+pub(crate) async fn next_frame(frames: &mut Frames) -> Frame {
     match next(frames).await {
         Some(FrameEvent::Frame(frame)) => frame,
         other => panic!("{other:?} in place of a frame"),
     }
 }
 
-pub async fn next_fault(frames: &mut Frames) -> FrameFault {
+pub(crate) async fn next_fault(frames: &mut Frames) -> FrameFault {
     match next(frames).await {
         Some(FrameEvent::Fault(fault)) => fault,
         other => panic!("{other:?} in place of a fault"),
@@ -129,7 +129,7 @@ pub async fn next_fault(frames: &mut Frames) -> FrameFault {
 }
 
 /// Whether these are the pixels of the frame of this index, counted by the device.
-pub fn is_picture(frame: &Frame, index: u32) -> bool {
+pub(crate) fn is_picture(frame: &Frame, index: u32) -> bool {
     let pixels = frame.pixels.chunks_exact(2).enumerate();
     frame.pixels.len() == frame.width as usize * frame.height as usize * 2
         && pixels
@@ -138,7 +138,7 @@ pub fn is_picture(frame: &Frame, index: u32) -> bool {
 }
 
 /// Pulses the line, like the light controller does.
-pub fn pulse(servers: &[&Server], count: u32, period: Duration) {
+pub(crate) fn pulse(servers: &[&Server], count: u32, period: Duration) {
     let start = Instant::now() + Duration::from_millis(2);
     for step in 0..count {
         for server in servers {
@@ -147,7 +147,7 @@ pub fn pulse(servers: &[&Server], count: u32, period: Duration) {
     }
 }
 
-pub fn statistic(camera: &AravisCamera, name: &str) -> u64 {
+pub(crate) fn statistic(camera: &AravisCamera, name: &str) -> u64 {
     match &*camera.link().borrow() {
         CameraLink::Open { statistics, .. } => {
             let found = statistics.iter().find(|(other, _)| other == name);
@@ -158,10 +158,10 @@ pub fn statistic(camera: &AravisCamera, name: &str) -> u64 {
 }
 
 /// Another client of the device, which holds control until the device has not heard of it for a minute.
-pub struct Rival(std::net::UdpSocket);
+pub(crate) struct Rival(std::net::UdpSocket);
 
 impl Rival {
-    pub fn take(server: SocketAddrV4) -> Self {
+    pub(crate) fn take(server: SocketAddrV4) -> Self {
         let socket = std::net::UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
         socket.connect(server).unwrap();
         socket.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -171,7 +171,7 @@ impl Rival {
         rival
     }
 
-    pub fn let_go(&self) {
+    pub(crate) fn let_go(&self) {
         self.write(gige_vision::bootstrap::CONTROL_PRIVILEGE, 0);
     }
 
