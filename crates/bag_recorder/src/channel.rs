@@ -21,11 +21,8 @@ use tokio::time::{Instant, timeout_at};
 /// Room for the images of two light sequences, should the recorder not get to run for so long.
 const IMAGES: Qos = Qos::reliable(32);
 
-/// State that changes: the last one from before, and every one from now on.
-const LATCHED: Qos = Qos {
-    durability: Durability::TransientLocal,
-    ..Qos::reliable(100)
-};
+/// What was latched before, of every publisher, and everything from now on.
+const LATCHED: Qos = Qos::TF_STATIC;
 
 /// How long a latched message may take from a publisher that is there.
 const LATCHED_PATIENCE: Duration = Duration::from_secs(1);
@@ -94,35 +91,41 @@ struct Typed<M: Message> {
 /// Subscribes; `None` when the type is none of those that can be recorded.
 pub(crate) fn subscribe(node: &Node, topic: &str, type_name: &str) -> Result<Option<Box<dyn Channel>>, ros::Error> {
     Ok(Some(match type_name {
-        Image::TYPE_NAME => typed::<Image>(node, topic, IMAGES, Some(|m| m.data.len()))?,
-        CompressedImage::TYPE_NAME => typed::<CompressedImage>(node, topic, IMAGES, Some(|m| m.data.len()))?,
-        PointCloud2::TYPE_NAME => typed::<PointCloud2>(node, topic, IMAGES, Some(|m| m.data.len()))?,
-        CameraInfo::TYPE_NAME => typed::<CameraInfo>(node, topic, LATCHED, None)?,
-        CellState::TYPE_NAME => typed::<CellState>(node, topic, LATCHED, None)?,
-        StringMessage::TYPE_NAME => typed::<StringMessage>(node, topic, text_qos(topic), None)?,
-        TFMessage::TYPE_NAME if topic.ends_with("tf_static") => typed::<TFMessage>(node, topic, Qos::TF_STATIC, None)?,
-        TFMessage::TYPE_NAME => typed::<TFMessage>(node, topic, Qos::STREAM, None)?,
-        Exposure::TYPE_NAME => typed::<Exposure>(node, topic, Qos::STREAM, None)?,
-        JointState::TYPE_NAME => typed::<JointState>(node, topic, Qos::STREAM, None)?,
-        LightState::TYPE_NAME => typed::<LightState>(node, topic, Qos::STREAM, None)?,
-        ArmState::TYPE_NAME => typed::<ArmState>(node, topic, Qos::STREAM, None)?,
-        GraspArray::TYPE_NAME => typed::<GraspArray>(node, topic, Qos::STREAM, None)?,
-        PoseStamped::TYPE_NAME => typed::<PoseStamped>(node, topic, Qos::STREAM, None)?,
-        DiagnosticArray::TYPE_NAME => typed::<DiagnosticArray>(node, topic, Qos::STREAM, None)?,
+        Image::TYPE_NAME => typed::<Image>(node, topic, Some(|m| m.data.len()))?,
+        CompressedImage::TYPE_NAME => typed::<CompressedImage>(node, topic, Some(|m| m.data.len()))?,
+        PointCloud2::TYPE_NAME => typed::<PointCloud2>(node, topic, Some(|m| m.data.len()))?,
+        ArmState::TYPE_NAME => typed::<ArmState>(node, topic, None)?,
+        CameraInfo::TYPE_NAME => typed::<CameraInfo>(node, topic, None)?,
+        CellState::TYPE_NAME => typed::<CellState>(node, topic, None)?,
+        DiagnosticArray::TYPE_NAME => typed::<DiagnosticArray>(node, topic, None)?,
+        Exposure::TYPE_NAME => typed::<Exposure>(node, topic, None)?,
+        GraspArray::TYPE_NAME => typed::<GraspArray>(node, topic, None)?,
+        JointState::TYPE_NAME => typed::<JointState>(node, topic, None)?,
+        LightState::TYPE_NAME => typed::<LightState>(node, topic, None)?,
+        PoseStamped::TYPE_NAME => typed::<PoseStamped>(node, topic, None)?,
+        StringMessage::TYPE_NAME => typed::<StringMessage>(node, topic, None)?,
+        TFMessage::TYPE_NAME => typed::<TFMessage>(node, topic, None)?,
         _ => return Ok(None),
     }))
 }
 
-/// Text that describes something is latched, other text is said once.
-fn text_qos(topic: &str) -> Qos {
-    if topic.ends_with("description") {
-        LATCHED
-    } else {
-        Qos::STREAM
+/// Whether the cell publishes the topic for latecomers, too.
+pub(crate) fn is_latched(topic: &str, type_name: &str) -> bool {
+    match type_name {
+        CameraInfo::TYPE_NAME | CellState::TYPE_NAME => true,
+        TFMessage::TYPE_NAME => topic.ends_with("tf_static"),
+        // Text that describes something; other text is said once.
+        StringMessage::TYPE_NAME => topic.ends_with("description"),
+        _ => false,
     }
 }
 
-fn typed<M: Message>(node: &Node, topic: &str, qos: Qos, weigh: Weigh<M>) -> Result<Box<dyn Channel>, ros::Error> {
+fn typed<M: Message>(node: &Node, topic: &str, weigh: Weigh<M>) -> Result<Box<dyn Channel>, ros::Error> {
+    let qos = match weigh {
+        Some(_) => IMAGES,
+        None if is_latched(topic, M::TYPE_NAME) => LATCHED,
+        None => Qos::STREAM,
+    };
     Ok(Box::new(Typed {
         subscription: node.subscription::<M>(topic, qos)?,
         qos,

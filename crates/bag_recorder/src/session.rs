@@ -11,7 +11,7 @@ use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep_until};
 use tracing::Instrument;
 
-use crate::channel::{Channel, Feed, subscribe};
+use crate::channel::{Channel, Feed, is_latched, subscribe};
 use crate::error::Error;
 use crate::topics::Wanted;
 
@@ -150,11 +150,7 @@ impl Session {
 /// sent what is latched knows the others, too.
 fn open(node: &Node, wanted: &[Wanted]) -> Result<Vec<Box<dyn Channel>>, Error> {
     let mut order: Vec<&Wanted> = wanted.iter().collect();
-    order.sort_by_key(|topic| {
-        ["camera_info", "tf_static", "state"]
-            .iter()
-            .any(|end| topic.name.ends_with(end))
-    });
+    order.sort_by_key(|topic| is_latched(&topic.name, &topic.type_name));
     let mut channels = Vec::new();
     for topic in order {
         // The list of topics holds only types that have a channel.
