@@ -9,6 +9,7 @@ mod failure;
 mod nodes;
 mod replay;
 mod running_cell;
+mod sim;
 mod up;
 
 use std::process::ExitCode;
@@ -39,6 +40,8 @@ enum Command {
     Capture(capture::Arguments),
     /// Say what is missing on this machine and how to get it.
     Doctor(doctor::Arguments),
+    /// Serve a simulated world's cameras and lights, for drivers to open as if they were hardware.
+    Sim(sim::Arguments),
     /// Play a recorded capture through ROS, solve it and write its normal map as a picture.
     Demo(demo::Arguments),
     /// Publish a bag as if it were live.
@@ -68,6 +71,7 @@ async fn run() -> Result<(), Failure> {
         Command::Up(arguments) => up::run(arguments, &ros_arguments).await,
         Command::Capture(arguments) => capture::run(arguments).await,
         Command::Doctor(arguments) => doctor::run(arguments).await,
+        Command::Sim(arguments) => sim::run(arguments).await,
         Command::Demo(arguments) => demo::run(arguments).await,
         Command::Replay(arguments) => replay::run(arguments, &ros_arguments).await,
         Command::Bag(arguments) => bag::run(arguments),

@@ -142,6 +142,16 @@ impl Gallery {
         self.state.lock().exhibit(camera, binning)
     }
 
+    /// Whether there is something of the binning that is wanted; fails when there will not be.
+    pub(super) fn is_rendered(&self, camera: usize) -> Result<bool, SimError> {
+        let state = self.state.lock();
+        let wall = &state.cameras[camera];
+        match &wall.failure {
+            Some(reason) => Err(state.not_rendered(camera, Duration::ZERO, reason.clone())),
+            None => Ok(wall.sights.contains_key(&wall.wanted)),
+        }
+    }
+
     /// The view at the binning that is wanted.
     pub(super) fn wait_for_wanted(&self, camera: usize, patience: Duration) -> Result<Exhibit, SimError> {
         let wanted = self.state.lock().cameras[camera].wanted;
@@ -176,11 +186,8 @@ impl Gallery {
             let late = self.changed.wait_until(state, start + patience).timed_out();
             let failure = state.cameras[camera].failure.clone();
             if late || state.ended || failure.is_some() {
-                return Err(SimError::NotRendered {
-                    camera: state.world.cameras[camera].name.clone(),
-                    waited: start.elapsed(),
-                    reason: failure.unwrap_or_else(|| "it is still at work".to_owned()),
-                });
+                let reason = failure.unwrap_or_else(|| "it is still at work".to_owned());
+                return Err(state.not_rendered(camera, start.elapsed(), reason));
             }
         }
     }
@@ -244,6 +251,14 @@ impl State {
             if all || moved || world.seed != old.seed || camera != old_camera {
                 wall.edition = self.edition;
             }
+        }
+    }
+
+    fn not_rendered(&self, camera: usize, waited: Duration, reason: String) -> SimError {
+        SimError::NotRendered {
+            camera: self.world.cameras[camera].name.clone(),
+            waited,
+            reason,
         }
     }
 

@@ -1,0 +1,107 @@
+//! What the command line says in place of the world file.
+
+use std::net::Ipv4Addr;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use anyhow::{anyhow, bail};
+use sim::world::World;
+
+/// How clients may name a simulated camera: the serial number after maker and model.
+const NAME_PREFIX: &str = "Rakelight-Simulated-";
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Overrides {
+    pub(super) light_port: Option<PathBuf>,
+    pub(super) cameras: Vec<CameraPlace>,
+}
+
+/// `c1=127.0.0.9`, or `c1=` and a serial number.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct CameraPlace {
+    camera: String,
+    place: Place,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Place {
+    Address(Ipv4Addr),
+    Serial(String),
+}
+
+impl FromStr for CameraPlace {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> anyhow::Result<Self> {
+        let (camera, place) = text
+            .split_once('=')
+            .filter(|(camera, place)| !camera.is_empty() && !place.is_empty())
+            .ok_or_else(|| anyhow!("{text:?} is not of the form c1=127.0.0.9 or c1=SERIAL"))?;
+        let place = match place.parse() {
+            Ok(address) => Place::Address(address),
+            Err(_) => Place::Serial(place.strip_prefix(NAME_PREFIX).unwrap_or(place).to_owned()),
+        };
+        Ok(Self {
+            camera: camera.to_owned(),
+            place,
+        })
+    }
+}
+
+impl Overrides {
+    /// The world of a file, but for what the command line says.
+    pub(super) fn read(&self, path: &Path) -> anyhow::Result<World> {
+        let mut world = World::read(path)?;
+        for wanted in &self.cameras {
+            let known: Vec<_> = world.cameras.iter().map(|camera| camera.name.clone()).collect();
+            let Some(camera) = world.cameras.iter_mut().find(|camera| camera.name == wanted.camera) else {
+                bail!("--camera {}: known are {}", wanted.camera, known.join(", "));
+            };
+            match &wanted.place {
+                Place::Address(address) => camera.address = *address,
+                Place::Serial(serial) => camera.serial.clone_from(serial),
+            }
+        }
+        if let Some(port) = &self.light_port {
+            world.lights.port = Some(port.clone());
+        }
+        Ok(world)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(cameras: &[&str]) -> anyhow::Result<World> {
+        let folder = tempfile::tempdir()?;
+        let path = folder.path().join("world.yaml");
+        std::fs::write(&path, "lights: {port: here}")?;
+        let overrides = Overrides {
+            light_port: Some("there".into()),
+            cameras: cameras.iter().map(|text| text.parse()).collect::<Result<_, _>>()?,
+        };
+        overrides.read(&path)
+    }
+
+    #[test]
+    fn cameras_and_port_are_where_the_command_line_says() {
+        let world = read(&["c1=127.9.9.9", "c2=Rakelight-Simulated-OTHER"]).unwrap();
+        assert_eq!(world.lights.port, Some(PathBuf::from("there")));
+        assert_eq!(world.cameras[0].address, Ipv4Addr::new(127, 9, 9, 9));
+        assert_eq!(
+            (world.cameras[0].serial.as_str(), world.cameras[1].serial.as_str()),
+            ("RAKELIGHT-C1", "OTHER")
+        );
+    }
+
+    #[test]
+    fn cameras_that_are_not_there_are_refused_with_those_that_are() {
+        assert_eq!(
+            read(&["c9=127.9.9.9"]).unwrap_err().to_string(),
+            "--camera c9: known are c1, c2"
+        );
+        let error = read(&["c1"]).unwrap_err().to_string();
+        assert_eq!(error, "\"c1\" is not of the form c1=127.0.0.9 or c1=SERIAL");
+    }
+}
