@@ -189,9 +189,9 @@ async fn every_message_between_start_and_stop_is_in_the_bag_and_what_was_latched
     let path = recorder.start(StartRecordingRequest::default()).await;
     assert_eq!(path.parent(), Some(recorder.folder.path()));
     for second in 1..4 {
-        cameras
-            .iter()
-            .for_each(|camera| camera.send(&mut published, second, 256));
+        for camera in &cameras {
+            camera.send(&mut published, second, 256);
+        }
         published.publish(
             &joints,
             JointState {
@@ -446,9 +446,9 @@ async fn what_the_queue_does_not_hold_is_dropped_counted_and_never_blocks_the_pu
         .map(|n| Arc::new(patterns::image(1536, n, Time::default())))
         .collect();
     let began = std::time::Instant::now();
-    images
-        .into_iter()
-        .for_each(|image| camera.images.publish(image).unwrap());
+    for image in images {
+        camera.images.publish(image).unwrap();
+    }
     let took = began.elapsed();
     assert!(took < Duration::from_millis(100), "publishing 32 images took {took:?}");
     diagnosis(&mut reports, |status| {

@@ -1,6 +1,6 @@
 //! The node that writes bags.
 //!
-//! `record/start` ([`StartRecording`](interfaces::rakelight_msgs::srv::StartRecording)) begins a bag with the images,
+//! `record/start` ([`StartRecording`]) begins a bag with the images,
 //! calibrations and exposures of every camera, the transforms, joint states, and the state of lights and cell;
 //! `record/stop` ends it. Results and further topics are recorded when they are asked for. A bag that runs into its
 //! `max_duration`, a full disk or the end of the node is ended as well, and stays readable.
