@@ -15,7 +15,7 @@ use sim::world::World;
 
 use crate::ending::asked_to_end;
 use crate::failure::Failure;
-use overrides::{CameraPlace, Overrides};
+use overrides::{CameraBinning, CameraPlace, Overrides};
 
 /// How often it is looked whether the views are rendered.
 const LOOK_AROUND: Duration = Duration::from_millis(20);
@@ -32,6 +32,9 @@ pub(crate) struct Arguments {
     /// Address or serial number of a camera, in place of the world file's.
     #[arg(long = "camera", value_name = "c1=127.0.0.9")]
     cameras: Vec<CameraPlace>,
+    /// Binning that a camera will be set to, so that it is rendered at once, in place of the world file's.
+    #[arg(long = "binning", value_name = "c1=2")]
+    binnings: Vec<CameraBinning>,
     /// Stop when standard input ends, as well as on Ctrl-C.
     #[arg(long)]
     end_with_stdin: bool,
@@ -44,6 +47,7 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
     let overrides = Overrides {
         light_port: arguments.light_port,
         cameras: arguments.cameras,
+        binnings: arguments.binnings,
     };
     let world = overrides.read(&arguments.world).map_err(Failure::usage)?;
     if let Some(folder) = arguments.png {
@@ -60,16 +64,19 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
     }
 }
 
-/// Tells when the cell is ready, and goes on for ever.
-async fn serve(cell: &Cell, started: Instant) -> Result<(), Failure> {
-    while !cell.is_rendered()? {
-        tokio::time::sleep(LOOK_AROUND).await;
+/// Tells whenever the cell becomes ready, and when it is no longer: until new views are rendered, no frame comes.
+async fn serve(cell: &Cell, mut since: Instant) -> Result<(), Failure> {
+    loop {
+        while !cell.is_rendered()? {
+            tokio::time::sleep(LOOK_AROUND).await;
+        }
+        say(&format!("rendered in {:.1} s\nready\n", since.elapsed().as_secs_f64()))?;
+        while cell.is_rendered()? {
+            tokio::time::sleep(LOOK_AROUND).await;
+        }
+        since = Instant::now();
+        say("rendering\n")?;
     }
-    say(&format!(
-        "rendered in {:.1} s\nready\n",
-        started.elapsed().as_secs_f64()
-    ))?;
-    std::future::pending().await
 }
 
 fn devices(cell: &Cell) -> String {

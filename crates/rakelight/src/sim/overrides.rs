@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::{anyhow, bail};
-use sim::world::World;
+use sim::world::{Camera, World};
 
 /// How clients may name a simulated camera: the serial number after maker and model.
 const NAME_PREFIX: &str = "Rakelight-Simulated-";
@@ -14,6 +14,30 @@ const NAME_PREFIX: &str = "Rakelight-Simulated-";
 pub(super) struct Overrides {
     pub(super) light_port: Option<PathBuf>,
     pub(super) cameras: Vec<CameraPlace>,
+    pub(super) binnings: Vec<CameraBinning>,
+}
+
+/// `c1=2`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct CameraBinning {
+    camera: String,
+    binning: u32,
+}
+
+impl FromStr for CameraBinning {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> anyhow::Result<Self> {
+        let parts = text.split_once('=');
+        let binning = parts.and_then(|(_, binning)| binning.parse().ok());
+        match (parts, binning) {
+            (Some((camera, _)), Some(binning @ (1 | 2 | 4))) if !camera.is_empty() => Ok(Self {
+                camera: camera.to_owned(),
+                binning,
+            }),
+            _ => bail!("{text:?} is not of the form c1=2; allowed binnings: 1, 2, 4"),
+        }
+    }
 }
 
 /// `c1=127.0.0.9`, or `c1=` and a serial number.
@@ -53,20 +77,26 @@ impl Overrides {
     pub(super) fn read(&self, path: &Path) -> anyhow::Result<World> {
         let mut world = World::read(path)?;
         for wanted in &self.cameras {
-            let known: Vec<_> = world.cameras.iter().map(|camera| camera.name.clone()).collect();
-            let Some(camera) = world.cameras.iter_mut().find(|camera| camera.name == wanted.camera) else {
-                bail!("--camera {}: known are {}", wanted.camera, known.join(", "));
-            };
+            let camera = camera(&mut world, "--camera", &wanted.camera)?;
             match &wanted.place {
                 Place::Address(address) => camera.address = *address,
                 Place::Serial(serial) => camera.serial.clone_from(serial),
             }
+        }
+        for wanted in &self.binnings {
+            camera(&mut world, "--binning", &wanted.camera)?.binning = wanted.binning;
         }
         if let Some(port) = &self.light_port {
             world.lights.port = Some(port.clone());
         }
         Ok(world)
     }
+}
+
+fn camera<'a>(world: &'a mut World, option: &str, name: &str) -> anyhow::Result<&'a mut Camera> {
+    let known: Vec<String> = world.cameras.iter().map(|camera| camera.name.clone()).collect();
+    let found = world.cameras.iter_mut().find(|camera| camera.name == name);
+    found.ok_or_else(|| anyhow!("{option} {name}: known are {}", known.join(", ")))
 }
 
 #[cfg(test)]
@@ -80,6 +110,7 @@ mod tests {
         let overrides = Overrides {
             light_port: Some("there".into()),
             cameras: cameras.iter().map(|text| text.parse()).collect::<Result<_, _>>()?,
+            binnings: vec!["c2=4".parse()?],
         };
         overrides.read(&path)
     }
@@ -88,6 +119,7 @@ mod tests {
     fn cameras_and_port_are_where_the_command_line_says() {
         let world = read(&["c1=127.9.9.9", "c2=Rakelight-Simulated-OTHER"]).unwrap();
         assert_eq!(world.lights.port, Some(PathBuf::from("there")));
+        assert_eq!((world.cameras[0].binning, world.cameras[1].binning), (1, 4));
         assert_eq!(world.cameras[0].address, Ipv4Addr::new(127, 9, 9, 9));
         assert_eq!(
             (world.cameras[0].serial.as_str(), world.cameras[1].serial.as_str()),
@@ -103,5 +135,9 @@ mod tests {
         );
         let error = read(&["c1"]).unwrap_err().to_string();
         assert_eq!(error, "\"c1\" is not of the form c1=127.0.0.9 or c1=SERIAL");
+        for text in ["c1=3", "=2", "c1"] {
+            let error = text.parse::<CameraBinning>().unwrap_err().to_string();
+            assert!(error.ends_with("allowed binnings: 1, 2, 4"), "{error}");
+        }
     }
 }

@@ -39,6 +39,9 @@ const RECORDER: &str = "bag_recorder";
 const CAPTURER: &str = "camera_capture";
 const LIGHTS: &str = "light_sequencer";
 
+/// What the simulator does before it has images.
+const RENDERING: &str = "the simulated world to be rendered";
+
 /// How often a wait is told of where nobody sees the progress.
 const REMINDER: Duration = Duration::from_secs(15);
 
@@ -208,6 +211,12 @@ fn simulation(config: &LaunchConfig, world: &Path) -> Vec<OsString> {
             arguments.extend(["--camera".into(), format!("{camera}={guid}").into()]);
         }
     }
+    for (name, value) in config.parameters(CAPTURER) {
+        let camera = name.strip_suffix(".ImageFormatControl.BinningHorizontal");
+        if let (Some(camera), ParameterValue::Integer(binning @ (1 | 2 | 4))) = (camera, value) {
+            arguments.extend(["--binning".into(), format!("{camera}={binning}").into()]);
+        }
+    }
     arguments
 }
 
@@ -219,17 +228,19 @@ async fn keep_up(
     console: &Console,
     started: Instant,
 ) -> Result<(), Failure> {
+    let mut world = None;
     for member in members {
         let simulates = member.stage == Stage::Simulator;
         let ready = supervisor.start(member);
         if simulates {
-            wait_for_simulator(supervisor, ready, console).await?;
+            wait_for_simulator(supervisor, ready.clone(), console).await?;
+            world = Some(ready);
         }
     }
     let starts = supervisor.starts();
     tokio::select! {
         ended = supervisor.next_end() => ended,
-        never = announce(cell, console, starts, started) => match never {},
+        never = announce(cell, world, console, starts, started) => match never {},
     }
 }
 
@@ -238,7 +249,7 @@ async fn wait_for_simulator(
     mut ready: watch::Receiver<bool>,
     console: &Console,
 ) -> Result<(), Failure> {
-    console.waiting(Some("the simulated world"));
+    console.waiting(Some(RENDERING));
     tokio::select! {
         ended = supervisor.next_end() => ended,
         is_ready = tokio::time::timeout(SIMULATOR_PATIENCE, ready.wait_for(|ready| *ready)) => match is_ready {
@@ -251,6 +262,7 @@ async fn wait_for_simulator(
 /// Tells whenever all nodes answer, after every start of a process anew.
 async fn announce(
     cell: &Cell,
+    world: Option<watch::Receiver<bool>>,
     console: &Console,
     mut starts: watch::Receiver<u64>,
     mut since: Instant,
@@ -258,7 +270,7 @@ async fn announce(
     loop {
         starts.borrow_and_update();
         tokio::select! {
-            () = cell.readiness.wait(console) => console.tell(&Event::Ready(cell.ready(since))),
+            () = all_ready(cell, world.clone(), console) => console.tell(&Event::Ready(cell.ready(since))),
             () = remind(console) => {}
             _ = starts.changed() => continue,
         }
@@ -266,6 +278,17 @@ async fn announce(
         let _ = starts.changed().await;
         since = Instant::now();
     }
+}
+
+/// Nodes and devices first: the cameras' settings decide what the simulated world has to render.
+async fn all_ready(cell: &Cell, world: Option<watch::Receiver<bool>>, console: &Console) {
+    cell.readiness.wait(console).await;
+    if let Some(mut world) = world {
+        console.waiting(Some(RENDERING));
+        // The sender lives as long as the simulator.
+        let _ = world.wait_for(|ready| *ready).await;
+    }
+    console.waiting(None);
 }
 
 /// Tells again and again what is waited for.

@@ -39,7 +39,7 @@ pub(super) struct Process {
 }
 
 impl Process {
-    /// Starts it. `ready` becomes true when it prints a line that says so.
+    /// Starts it. `ready` is what it says on its standard output: "ready", or "rendering" when it is no longer.
     pub(super) fn start(job: &Job, console: &Arc<Console>, ready: &watch::Sender<bool>) -> io::Result<Self> {
         let mut child = Command::new(std::env::current_exe()?)
             .args(&job.arguments)
@@ -54,8 +54,8 @@ impl Process {
         let (output, errors) = (child.stdout.take(), child.stderr.take());
         let (ready, kept) = (ready.clone(), Arc::clone(&last_error));
         let out = read_lines(output, job, console, move |line| {
-            if line == "ready" {
-                ready.send_replace(true);
+            if line == "ready" || line == "rendering" {
+                ready.send_replace(line == "ready");
             }
         });
         let err = read_lines(errors, job, console, move |line| line.clone_into(&mut kept.lock()));

@@ -65,7 +65,6 @@ impl Readiness {
             while capture.wait_for_server(PATIENCE).await.is_err() {}
         }
         self.devices(console).await;
-        console.waiting(None);
     }
 
     /// Waits until every node with devices has told of them, and of no error.

@@ -91,7 +91,8 @@ impl Supervisor {
         }
     }
 
-    /// Adds a process; it runs while [`Self::next_end`] is polled. What is given back becomes true once it says "ready".
+    /// Adds a process; it runs while [`Self::next_end`] is polled. What is given back says whether it is ready, if it ever
+    /// tells.
     pub(super) fn start(&mut self, member: Member) -> watch::Receiver<bool> {
         let (ready, is_ready) = watch::channel(false);
         let stop = CancellationToken::new();
@@ -102,6 +103,7 @@ impl Supervisor {
             kill: self.kill.clone(),
             ready,
             starts: self.starts.clone(),
+            has_run: false,
         };
         let index = self.running.len();
         self.lives.push(life.run().map(move |end| (index, end)).boxed_local());
@@ -164,10 +166,12 @@ struct Life {
     kill: CancellationToken,
     ready: watch::Sender<bool>,
     starts: watch::Sender<u64>,
+    /// It was ready once.
+    has_run: bool,
 }
 
 impl Life {
-    async fn run(self) -> End {
+    async fn run(mut self) -> End {
         let mut backoff = Backoff::new();
         loop {
             let born = Instant::now();
@@ -189,7 +193,8 @@ impl Life {
     }
 
     /// One life. Gives how it died if it is to be started again.
-    async fn once(&self) -> Result<String, End> {
+    async fn once(&mut self) -> Result<String, End> {
+        self.has_run |= self.ready.send_replace(false);
         let name = &self.member.job.name;
         let cannot_start = |error: io::Error| End::Failed(Failure::from(anyhow!("cannot start {name}: {error}")));
         let mut process = Process::start(&self.member.job, &self.console, &self.ready).map_err(cannot_start)?;
@@ -221,9 +226,9 @@ impl Life {
             }
             Some(USAGE) => Err(End::Failed(Failure::usage(anyhow!("{name}: {said}")))),
             // Nothing is connected to a simulator that never ran: this is about its start.
-            Some(_) if self.member.stage == Stage::Simulator && !*self.ready.borrow() => Err(End::Failed(
-                Failure::from(anyhow!("the simulator cannot start: {said}")),
-            )),
+            Some(_) if self.member.stage == Stage::Simulator && !self.has_run && !*self.ready.borrow() => Err(
+                End::Failed(Failure::from(anyhow!("the simulator cannot start: {said}"))),
+            ),
             _ => Ok(describe(status)),
         }
     }
