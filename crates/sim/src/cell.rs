@@ -212,10 +212,10 @@ fn serve(
         started: Arc::clone(&started),
         patience: options.patience,
     };
-    let server = Server::start_on_port(&camera.device_config(), options.control_port, eye).map_err(|source| {
+    let server = Server::start_on_port(&camera.device_config(), options.control_port, eye).map_err(|reason| {
         SimError::Camera {
             name: camera.name.clone(),
-            source,
+            reason,
         }
     })?;
     let now = Instant::now();

@@ -19,12 +19,12 @@ pub enum SimError {
     #[error(transparent)]
     Imaging(#[from] imaging::ImagingError),
     /// A camera that cannot be.
-    #[error("camera {name}: {source}")]
+    #[error("camera {name}: {reason}")]
     Camera {
         /// Its name.
         name: String,
         /// What is wrong with it.
-        source: gige_vision::GigeVisionError,
+        reason: gige_vision::GigeVisionError,
     },
     /// A camera's view is not there, and will not be soon.
     #[error("no view of camera {camera} after {waited:.1?}: {reason}")]
@@ -47,23 +47,23 @@ pub enum SimError {
         allowed: String,
     },
     /// A world file is not what it should be.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {reason}", path.display())]
     World {
         /// The world file.
         path: PathBuf,
         /// What is wrong with its content.
-        source: Box<SimError>,
+        reason: Box<SimError>,
     },
     /// A world's text cannot be read.
     #[error(transparent)]
     Yaml(#[from] serde_yaml_ng::Error),
     /// A file cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {reason}", path.display())]
     ReadFile {
         /// The file.
         path: PathBuf,
         /// The system's reason.
-        source: std::io::Error,
+        reason: std::io::Error,
     },
     /// A mesh file that is no mesh.
     #[error("{}, {place}: {reason}", path.display())]

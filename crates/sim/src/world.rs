@@ -100,14 +100,14 @@ pub enum Mount {
 impl World {
     /// Reads a world file. Relative paths in it begin at its folder.
     pub fn read(path: &Path) -> Result<Self, SimError> {
-        let text = std::fs::read_to_string(path).map_err(|source| SimError::ReadFile {
+        let text = std::fs::read_to_string(path).map_err(|reason| SimError::ReadFile {
             path: path.to_owned(),
-            source,
+            reason,
         })?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        Self::from_yaml(&text, folder).map_err(|source| SimError::World {
+        Self::from_yaml(&text, folder).map_err(|reason| SimError::World {
             path: path.to_owned(),
-            source: Box::new(source),
+            reason: Box::new(reason),
         })
     }
 

@@ -58,9 +58,9 @@ fn refuse(path: &Path, place: impl Into<String>, reason: impl Into<String>) -> S
 }
 
 fn open(path: &Path) -> Result<BufReader<File>, SimError> {
-    let file = File::open(path).map_err(|source| SimError::ReadFile {
+    let file = File::open(path).map_err(|reason| SimError::ReadFile {
         path: path.to_owned(),
-        source,
+        reason,
     })?;
     Ok(BufReader::new(file))
 }

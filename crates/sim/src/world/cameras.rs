@@ -116,9 +116,9 @@ impl CameraFile {
             binning,
         };
         // The device knows what names and sensors it can have.
-        Device::new(&camera.device_config()).map_err(|source| SimError::Camera {
+        Device::new(&camera.device_config()).map_err(|reason| SimError::Camera {
             name: rig.name.to_owned(),
-            source,
+            reason,
         })?;
         Ok(camera)
     }
