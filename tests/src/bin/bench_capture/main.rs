@@ -63,9 +63,9 @@ async fn everything(arguments: &Arguments) -> anyhow::Result<Report> {
     let pins = Pins::default();
     let cell = nodes::simulated_cell(world, &pins)?;
     eprintln!("{} captures over UDP ...", arguments.count);
-    let udp = captures(arguments, Transport::Udp, folder.path(), &pins).await?;
+    let udp = captures(arguments, Transport::Udp, folder.path()).await?;
     eprintln!("{} captures over packet sockets ...", arguments.count);
-    let packet_socket = captures(arguments, Transport::PacketSocket, folder.path(), &pins).await?;
+    let packet_socket = captures(arguments, Transport::PacketSocket, folder.path()).await?;
     eprintln!("{} captures with and without a recording ...", 2 * arguments.recorded);
     let recording = recording(arguments, folder.path()).await?;
     let report = Report::new(udp, packet_socket, &pins.on_times(), recording, rendering);
@@ -77,12 +77,10 @@ async fn captures(
     arguments: &Arguments,
     transport: Transport,
     folder: &std::path::Path,
-    pins: &Pins,
 ) -> anyhow::Result<measure::Captures> {
     let domain = Domain::claim();
     let nodes = Nodes::start(&domain, folder, transport)?;
     let operator = Operator::start(&domain).await?;
-    pins.forget();
     let captures = operator.captures(arguments.count, Duration::ZERO).await?;
     operator.stop().await;
     nodes.stop().await?;

@@ -27,11 +27,6 @@ impl Pins {
         }
     }
 
-    /// Begins anew.
-    pub(crate) fn forget(&self) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).on_micros.clear();
-    }
-
     pub(crate) fn on_times(&self) -> Vec<f64> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).on_micros.clone()
     }
