@@ -132,12 +132,13 @@ impl Sensor {
         let lit = LitPanels::new(view, lights, &factors);
         let mut noise = Noise::new(noise);
         let mut pixels = vec![0; width * height];
+        let (mut electrons, mut deviations) = ([0.0; CHUNK], [0.0; CHUNK]);
         for (row, target) in pixels.chunks_exact_mut(width).enumerate() {
             let start = (y + row) * columns + x;
             for (index, chunk) in target.chunks_mut(CHUNK).enumerate() {
-                let mut electrons = [0.0; CHUNK];
                 lit.collect(start + index * CHUNK, &mut electrons[..chunk.len()]);
-                factors.read_out(&electrons, &noise.next_chunk(), chunk);
+                noise.next_chunk(&mut deviations);
+                factors.read_out(&electrons, &deviations, chunk);
             }
         }
         Ok(Image::new(width, height, pixels)?)
@@ -160,24 +161,30 @@ impl Sensor {
 
 /// Images that shine during an exposure, with their factors to electrons.
 struct LitPanels<'a> {
-    images: Vec<(&'a [f32], f32)>,
+    ambient: (&'a [f32], f32),
+    panels: Vec<(&'a [f32], f32)>,
 }
 
 impl<'a> LitPanels<'a> {
     fn new(view: &'a RenderedView, lights: LightState, factors: &Factors) -> Self {
         let shares = lights.shares().map(|share| share as f32);
         let lit = shares.iter().zip(&view.lights).filter(|(share, _)| **share > 0.0);
-        let ambient = std::iter::once((view.ambient.pixels(), factors.electrons_per_radiance));
         let lit = lit.map(|(share, image)| (image.pixels(), share * factors.electrons_per_radiance));
         Self {
-            images: ambient.chain(lit).collect(),
+            ambient: (view.ambient.pixels(), factors.electrons_per_radiance),
+            panels: lit.collect(),
         }
     }
 
+    /// Of as many pixels from `start` on as there is room for.
     fn collect(&self, start: usize, electrons: &mut [f32]) {
-        for (pixels, factor) in &self.images {
-            let pixels = &pixels[start..start + electrons.len()];
-            for (sum, radiance) in electrons.iter_mut().zip(pixels) {
+        let end = start + electrons.len();
+        let (ambient, factor) = self.ambient;
+        for (sum, radiance) in electrons.iter_mut().zip(&ambient[start..end]) {
+            *sum = radiance * factor;
+        }
+        for (pixels, factor) in &self.panels {
+            for (sum, radiance) in electrons.iter_mut().zip(&pixels[start..end]) {
                 *sum += radiance * factor;
             }
         }

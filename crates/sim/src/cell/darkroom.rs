@@ -180,3 +180,96 @@ fn pack(image: Image<u16>, format: PixelFormat) -> Bytes {
     }
     format.pack(image.pixels()).into()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::cell::Sight;
+    use crate::render::RenderedView;
+    use crate::sensor::Region;
+    use crate::world::World;
+
+    const SIDE: usize = 32;
+
+    fn exhibit(edition: u64) -> Exhibit {
+        let world = World::from_yaml("seed: 5", Path::new("")).unwrap();
+        let flat = |radiance| Image::filled(SIDE, SIDE, radiance);
+        let rendered = RenderedView {
+            ambient: flat(0.001),
+            lights: std::array::from_fn(|_| flat(0.01)),
+            normals: Image::filled(SIDE, SIDE, [0.0, 0.0, 1.0]),
+            depth: flat(0.3),
+            labels: Image::filled(SIDE, SIDE, 0),
+        };
+        Exhibit {
+            sight: Arc::new(Sight {
+                view: world.view(&world.cameras[0], [1, 1]).unwrap(),
+                rendered,
+                took: Duration::ZERO,
+            }),
+            world: Arc::new(world),
+            edition,
+        }
+    }
+
+    fn settings(pixel_format: PixelFormat) -> Settings {
+        Settings {
+            exposure: Duration::from_micros(2500),
+            gain_millidecibels: 0,
+            black_level: 0,
+            pixel_format,
+            binning: [1, 1],
+            region: Region {
+                x: 0,
+                y: 0,
+                width: SIDE,
+                height: SIDE,
+            },
+        }
+    }
+
+    /// Three images with L1, some developed ahead.
+    fn images(ahead: bool) -> Vec<Bytes> {
+        let (room, exhibit, settings) = (Darkroom::new(0), exhibit(1), settings(PixelFormat::Mono16));
+        let mut image = || {
+            while ahead && room.work_ahead(&exhibit, &settings).unwrap() {}
+            room.image(&exhibit, LightState::single(1), &settings).unwrap()
+        };
+        vec![image(), image(), image()]
+    }
+
+    #[test]
+    fn images_developed_ahead_are_those_that_would_have_been_developed() {
+        let [ahead, on_demand] = [images(true), images(false)];
+        assert!(ahead == on_demand, "working ahead shows");
+        assert!(ahead[0] != ahead[1] && ahead[1] != ahead[2], "each has its own noise");
+    }
+
+    #[test]
+    fn the_usual_kinds_of_light_are_made_ready_once_and_again_when_something_changes() {
+        let (room, exhibit_1) = (Darkroom::new(0), exhibit(1));
+        let count = |exhibit: &Exhibit, settings: &Settings| {
+            (0..100)
+                .take_while(|_| room.work_ahead(exhibit, settings).unwrap())
+                .count()
+        };
+        let mono16 = settings(PixelFormat::Mono16);
+        assert_eq!((count(&exhibit_1, &mono16), count(&exhibit_1, &mono16)), (8, 0));
+        room.image(&exhibit_1, LightState::single(4), &mono16).unwrap();
+        assert_eq!(count(&exhibit_1, &mono16), 1);
+        assert_eq!(count(&exhibit_1, &settings(PixelFormat::Mono8)), 8, "other settings");
+        assert_eq!(count(&exhibit(2), &mono16), 8, "another world");
+    }
+
+    #[test]
+    fn every_pixel_format_has_its_bytes() {
+        let (room, exhibit) = (Darkroom::new(1), exhibit(1));
+        for format in PixelFormat::ALL {
+            let image = room.image(&exhibit, LightState::default(), &settings(format)).unwrap();
+            assert_eq!(image.len(), SIDE * SIDE * format.bytes_per_pixel(), "{format:?}");
+        }
+    }
+}

@@ -28,7 +28,7 @@ impl Noise {
     }
 
     /// Of mean 0 and variance 1.
-    pub(super) fn next_chunk(&mut self) -> [f32; CHUNK] {
+    pub(super) fn next_chunk(&mut self, deviations: &mut [f32; CHUNK]) {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let dice = mix(self.state);
         let stretch = |dice: u64| {
@@ -40,11 +40,9 @@ impl Noise {
             )
         };
         let ((first, a), (second, b)) = (stretch(dice), stretch(dice >> 32));
-        let mut sums = [0.0; CHUNK];
-        for ((sum, first), second) in sums.iter_mut().zip(first).zip(second) {
+        for ((sum, first), second) in deviations.iter_mut().zip(first).zip(second) {
             *sum = first * a + second * b;
         }
-        sums
     }
 }
 
