@@ -234,7 +234,7 @@ mod tests {
     /// Three images with L1, some developed ahead.
     fn images(ahead: bool) -> Vec<Bytes> {
         let (room, exhibit, settings) = (Darkroom::new(0), exhibit(1), settings(PixelFormat::Mono16));
-        let mut image = || {
+        let image = || {
             while ahead && room.work_ahead(&exhibit, &settings).unwrap() {}
             room.image(&exhibit, LightState::single(1), &settings).unwrap()
         };
