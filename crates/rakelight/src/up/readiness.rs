@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use futures::StreamExt;
 use futures::stream::FuturesUnordered;
+use futures::{FutureExt, StreamExt};
 use interfaces::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
 use interfaces::rakelight_msgs::srv::Capture;
 use interfaces::rcl_interfaces::srv::{ListParameters, ListParametersRequest};
@@ -71,6 +71,8 @@ impl Readiness {
     async fn devices(&self, console: &Console) {
         let mut statuses = BTreeMap::new();
         let mut diagnostics = self.diagnostics.lock().await;
+        // What came before may be of a process that is dead.
+        while let Some(Some(_)) = diagnostics.next().now_or_never() {}
         while let Some(problem) = problem(&self.with_devices, &statuses) {
             console.waiting(Some(&problem));
             let Some(received) = diagnostics.next().await else {
