@@ -16,12 +16,14 @@ pub struct CameraConfig {
     pub guid: String,
     /// Value of `TriggerSource` for [`devices::TriggerMode::Line`], such as "Line0".
     pub trigger_line: String,
-    /// Whether frames may be received by a packet socket, past the kernel's UDP. It takes the capability `CAP_NET_RAW`;
-    /// without that, UDP is used. The link's statistics say which it is.
+    /// Whether frames may be received by a packet socket, past the kernel's UDP. It takes the capability `CAP_NET_RAW`,
+    /// and a host that is quiet while the camera is set up; without them, UDP is used. The link's statistics say which
+    /// it is.
     pub packet_socket: bool,
     /// Bytes of a stream packet, IP and UDP headers included. The network must carry it whole.
     pub packet_size: u32,
-    /// Pause of the camera between two packets when they are received over UDP. With the packet socket there is none.
+    /// Pause of the camera between two packets when they are received over UDP. With the packet socket it is half of
+    /// that.
     pub packet_delay: Duration,
     /// Bytes of the UDP socket's buffer; as large as a frame when `None`. The kernel grants `net.core.rmem_max` at most.
     pub socket_buffer: Option<u32>,
@@ -64,13 +66,13 @@ impl CameraConfig {
         Self {
             guid: guid.into(),
             trigger_line: "Line0".into(),
-            packet_socket: true,
+            packet_socket: false,
             packet_size: 7600,
             packet_delay: Duration::from_micros(20),
             socket_buffer: None,
             frame_retention: Duration::from_millis(200),
             packet_patience: Duration::from_millis(1),
-            resend_patience: Duration::from_millis(20),
+            resend_patience: Duration::from_millis(10),
             heartbeat: Duration::from_secs(3),
             retry: Duration::from_secs(1),
             buffers: 16,

@@ -1,7 +1,7 @@
 //! Memory for frames, which goes round: from the stream to whoever uses the image, and back when it is dropped.
 //!
-//! A fresh buffer of 4.7 MB costs the kernel a thousand page faults, in the middle of a capture. One that comes back
-//! costs nothing, and nothing is copied on the way.
+//! Fresh memory for 4.7 MB costs the kernel a thousand page faults, in the middle of a capture. What comes back costs
+//! nothing, and nothing is copied on the way.
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
@@ -12,12 +12,12 @@ use bytes::Bytes;
 #[derive(Debug)]
 pub(super) struct Buffers {
     bytes: usize,
-    home: SyncSender<Buffer>,
-    returned: Receiver<Buffer>,
+    home: SyncSender<Vec<u8>>,
+    returned: Receiver<Vec<u8>>,
 }
 
 impl Buffers {
-    /// Keeps at most `most` buffers that nobody uses.
+    /// Keeps at most `most` of them while nobody uses them.
     pub(super) fn new(bytes: usize, most: usize) -> Self {
         let (home, returned) = sync_channel(most);
         Self { bytes, home, returned }
@@ -27,20 +27,18 @@ impl Buffers {
         self.bytes
     }
 
-    /// A buffer for the stream to fill.
+    /// A buffer for the stream to fill. Its memory comes back when the last reference to it is gone, be that the
+    /// stream's or an image's.
     pub(super) fn take(&self) -> Buffer {
-        let buffer = self.returned.try_recv().unwrap_or_else(|_| fresh(self.bytes));
+        let mut memory = self.returned.try_recv().unwrap_or_else(|_| touched(self.bytes));
+        let (data, bytes) = (memory.as_mut_ptr(), memory.len());
+        let home = self.home.clone();
+        let buffer = Buffer::new_preallocated_owned(data, bytes, move || {
+            // One too many, or one of a size that is not used any more, is freed.
+            let _ = home.try_send(memory);
+        });
         clear(&buffer);
         buffer
-    }
-
-    /// The content of a buffer that was filled whole.
-    pub(super) fn share(&self, buffer: Buffer) -> Bytes {
-        Bytes::from_owner(Pixels {
-            bytes: self.bytes,
-            buffer: Some(buffer),
-            home: self.home.clone(),
-        })
     }
 }
 
@@ -50,44 +48,28 @@ pub(super) fn clear(buffer: &Buffer) {
     buffer.set_timestamp(0);
 }
 
-/// Written to once, so that every page is there before the first packet.
-fn fresh(bytes: usize) -> Buffer {
-    let buffer = Buffer::new_allocate(bytes);
-    let (data, _) = buffer.data();
-    #[expect(unsafe_code, reason = "Aravis hands out its memory as a pointer")]
-    // SAFETY: Aravis allocated `bytes` bytes there, and nobody else knows the buffer yet.
-    unsafe {
-        data.write_bytes(0, bytes);
-    }
-    buffer
+/// Written to once, so that every page is there before the first packet. Zeros would not be written.
+fn touched(bytes: usize) -> Vec<u8> {
+    vec![0xff; bytes]
 }
 
-/// A filled buffer, seen as bytes.
-struct Pixels {
-    bytes: usize,
-    /// There until it is dropped.
-    buffer: Option<Buffer>,
-    home: SyncSender<Buffer>,
+/// The content of a buffer that was filled whole.
+pub(super) fn share(buffer: Buffer) -> Bytes {
+    Bytes::from_owner(Pixels(buffer))
 }
+
+/// A filled buffer of [`Buffers::take`], seen as bytes.
+struct Pixels(Buffer);
 
 impl AsRef<[u8]> for Pixels {
     fn as_ref(&self) -> &[u8] {
-        let Some(buffer) = &self.buffer else { return &[] };
-        let (data, _) = buffer.data();
+        let (data, received) = self.0.data();
         #[expect(unsafe_code, reason = "Aravis hands out its memory as a pointer")]
-        // SAFETY: `fresh` allocated and wrote `bytes` bytes there. The stream has handed the buffer over and gets it
-        // back only when this is dropped, so nobody writes to it meanwhile.
+        // SAFETY: the memory is that of `Buffers::take`, initialised, alive as long as the buffer is, and Aravis never
+        // receives more than it holds. The stream has handed the buffer over and does not get it back, so nobody
+        // writes to it.
         unsafe {
-            std::slice::from_raw_parts(data, self.bytes)
-        }
-    }
-}
-
-impl Drop for Pixels {
-    fn drop(&mut self) {
-        if let Some(buffer) = self.buffer.take() {
-            // One too many, or one of a size that is not used any more, is freed.
-            let _ = self.home.try_send(buffer);
+            std::slice::from_raw_parts(data, received)
         }
     }
 }

@@ -10,6 +10,7 @@ mod opening;
 mod session;
 mod setup;
 mod stream;
+mod transport;
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
@@ -176,6 +177,7 @@ impl Driver {
         match command {
             Command::Configure(settings, reply) => {
                 let outcome = self.configure(session, settings);
+                self.publish_statistics(session);
                 answer(reply, outcome)
             }
             Command::Arm(count, reply) => answer(reply, session.arm(count)),

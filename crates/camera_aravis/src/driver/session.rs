@@ -1,5 +1,6 @@
 //! A camera from its opening to its loss.
 
+use std::rc::Rc;
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
@@ -8,10 +9,11 @@ use aravis::{Buffer, BufferStatus, Camera, Device};
 use devices::{AppliedSettings, CameraError, CameraIdentity, CameraLink, CameraSettings, Frames, TriggerMode};
 
 use super::Report;
+use super::buffers::{self, Buffers};
 use super::clock::Clock;
 use super::features::Features;
 use super::opening::{self, Opened};
-use super::stream::Streaming;
+use super::stream::{Streaming, frame_bytes};
 use crate::CameraConfig;
 use crate::armed::{Armed, Image};
 use crate::camera::Event;
@@ -22,6 +24,7 @@ use crate::frame_order::Step;
 pub(super) struct Session {
     armed: Option<Armed>,
     streaming: Option<Streaming>,
+    buffers: Option<Rc<Buffers>>,
     clock: Clock,
     device: Device,
     camera: Camera,
@@ -53,6 +56,7 @@ impl Session {
         Ok(Self {
             armed: None,
             streaming: None,
+            buffers: None,
             clock,
             device,
             camera,
@@ -111,9 +115,25 @@ impl Session {
     pub(super) fn configure(&mut self, settings: CameraSettings, number: u64) -> Result<AppliedSettings, CameraError> {
         self.stop()?;
         let applied = self.features().apply(&settings, &self.config.trigger_line)?;
-        let streaming = Streaming::start(self.features(), &self.config, applied, &self.reports, number)?;
-        self.streaming = Some(streaming);
+        let buffers = self.buffers_of(frame_bytes(&applied));
+        let (features, reports) = (self.features(), &self.reports);
+        self.streaming = Some(Streaming::start(
+            features,
+            &self.config,
+            applied,
+            reports,
+            number,
+            buffers,
+        )?);
         Ok(applied)
+    }
+
+    /// The memory of the stream before, where it fits.
+    fn buffers_of(&mut self, bytes: usize) -> Rc<Buffers> {
+        let kept = self.buffers.take().filter(|buffers| buffers.bytes() == bytes);
+        let buffers = kept.unwrap_or_else(|| Rc::new(Buffers::new(bytes, self.config.buffers)));
+        self.buffers = Some(Rc::clone(&buffers));
+        buffers
     }
 
     fn stop(&mut self) -> Result<(), CameraError> {
@@ -204,7 +224,7 @@ impl Session {
                 received_at,
                 width: streaming.applied.width,
                 height: streaming.applied.height,
-                pixels: streaming.buffers.share(buffer),
+                pixels: buffers::share(buffer),
             });
         }
         if armed.has_ended() {

@@ -1,19 +1,17 @@
 //! The stream of frames: how it is set up, and what is kept of it.
 
+use std::rc::Rc;
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
-use aravis::glib::object::Cast;
 use aravis::prelude::*;
-use aravis::{
-    BufferPayloadType, BufferStatus, Camera, GvPacketSizeAdjustment, GvStream, GvStreamOption, GvStreamSocketBuffer,
-    PixelFormat, Stream,
-};
+use aravis::{BufferPayloadType, BufferStatus, PixelFormat, Stream};
 use devices::{AppliedSettings, CameraError, FrameFault};
 
 use super::Report;
 use super::buffers::{Buffers, clear};
 use super::features::Features;
+use super::transport;
 use crate::CameraConfig;
 use crate::camera::Event;
 use crate::frame_order::FrameOrder;
@@ -36,7 +34,7 @@ pub(super) struct Streaming {
     pub(super) number: u64,
     pub(super) applied: AppliedSettings,
     pub(super) order: FrameOrder,
-    pub(super) buffers: Buffers,
+    buffers: Rc<Buffers>,
     /// Whether the kernel's UDP is passed by.
     packet_socket: bool,
     /// Buffers given to the stream and not yet seen again.
@@ -58,18 +56,10 @@ impl Streaming {
         applied: AppliedSettings,
         reports: &Sender<Event>,
         number: u64,
+        buffers: Rc<Buffers>,
     ) -> Result<Self, CameraError> {
         let camera = features.camera;
-        let packet_socket = config.packet_socket && may_use_packet_sockets();
-        set_transport(features, config, packet_socket)?;
-        let stream = camera
-            .create_stream()
-            .map_err(|error| features.failed("opening the stream", &error))?;
-        if let Some(stream) = stream.downcast_ref::<GvStream>() {
-            tune(stream, config);
-        }
-        let bytes = frame_bytes(&applied);
-        let buffers = Buffers::new(bytes, config.buffers);
+        let (stream, packet_socket) = transport::open(features, config)?;
         for _ in 0..config.buffers {
             stream.push_buffer(buffers.take());
         }
@@ -167,44 +157,8 @@ impl Drop for Streaming {
 
 const PIXEL_FORMAT_NAME: &str = "Mono16";
 
-fn frame_bytes(applied: &AppliedSettings) -> usize {
+pub(super) fn frame_bytes(applied: &AppliedSettings) -> usize {
     applied.width as usize * applied.height as usize * 2
-}
-
-fn set_transport(features: Features<'_>, config: &CameraConfig, packet_socket: bool) -> Result<(), CameraError> {
-    let camera: &Camera = features.camera;
-    camera.gv_set_packet_size_adjustment(GvPacketSizeAdjustment::Never);
-    camera.gv_set_stream_options(if packet_socket {
-        GvStreamOption::NONE
-    } else {
-        GvStreamOption::PACKET_SOCKET_DISABLED
-    });
-    features.set_integer("GevSCPSPacketSize", i64::from(config.packet_size))?;
-    // The ring of a packet socket takes a whole frame; the buffer of a UDP socket takes a few packets.
-    let delay = if packet_socket {
-        Duration::ZERO
-    } else {
-        config.packet_delay
-    };
-    camera
-        .gv_set_packet_delay(delay.as_nanos() as i64)
-        .map_err(|error| features.refusal("GevSCPD", &format!("{delay:?}"), &error))
-}
-
-fn tune(stream: &GvStream, config: &CameraConfig) {
-    let micros = |time: Duration| time.as_micros() as u32;
-    // Every packet of a frame may be asked for again: a capture needs all of its frames.
-    stream.set_packet_request_ratio(1.0);
-    stream.set_initial_packet_timeout(micros(config.packet_patience));
-    stream.set_packet_timeout(micros(config.resend_patience));
-    stream.set_frame_retention(micros(config.frame_retention));
-    match config.socket_buffer {
-        Some(bytes) => {
-            stream.set_socket_buffer(GvStreamSocketBuffer::Fixed);
-            stream.set_socket_buffer_size(bytes as i32);
-        }
-        None => stream.set_socket_buffer(GvStreamSocketBuffer::Auto),
-    }
 }
 
 /// Frames are taken out on Aravis' own thread, at once, and handled on ours.
@@ -223,12 +177,6 @@ fn report_buffers(stream: &Stream, reports: &Sender<Event>, number: u64) {
         }
     });
     stream.set_emit_signals(true);
-}
-
-/// Aravis tries the same, and says nothing when it fails.
-fn may_use_packet_sockets() -> bool {
-    use rustix::net::{AddressFamily, SocketType, eth, socket};
-    socket(AddressFamily::PACKET, SocketType::RAW, Some(eth::ALL)).is_ok()
 }
 
 fn status_name(status: BufferStatus) -> String {

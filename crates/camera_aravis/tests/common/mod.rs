@@ -58,10 +58,10 @@ pub(crate) fn config(last: u8) -> CameraConfig {
     CameraConfig::new(address(last).to_string())
 }
 
-/// Received by UDP, whoever runs the test.
-pub(crate) fn udp(last: u8) -> CameraConfig {
+/// Received by a packet socket, where that is possible.
+pub(crate) fn packet_socket(last: u8) -> CameraConfig {
     CameraConfig {
-        packet_socket: false,
+        packet_socket: true,
         ..config(last)
     }
 }
@@ -117,14 +117,16 @@ pub(crate) async fn next(frames: &mut Frames) -> Option<FrameEvent> {
 pub(crate) async fn next_frame(frames: &mut Frames) -> Frame {
     match next(frames).await {
         Some(FrameEvent::Frame(frame)) => frame,
-        other => panic!("{other:?} in place of a frame"),
+        Some(FrameEvent::Fault(fault)) => panic!("in place of a frame: {fault}"),
+        None => panic!("the end in place of a frame"),
     }
 }
 
 pub(crate) async fn next_fault(frames: &mut Frames) -> FrameFault {
     match next(frames).await {
         Some(FrameEvent::Fault(fault)) => fault,
-        other => panic!("{other:?} in place of a fault"),
+        Some(FrameEvent::Frame(frame)) => panic!("frame {} in place of a fault", frame.index),
+        None => panic!("the end in place of a fault"),
     }
 }
 
@@ -187,5 +189,52 @@ impl Rival {
         let length = self.0.recv(&mut datagram).unwrap();
         let (_, answer) = Answer::decode(&datagram[..length]).unwrap();
         assert_eq!(answer, Answer::WriteRegisters(1));
+    }
+}
+
+/// Traffic of others on this host: a stream of frames that is none of our camera's. Ends when it is dropped.
+pub(crate) struct Noise {
+    ended: std::sync::Arc<std::sync::atomic::AtomicBool>,
+    thread: Option<std::thread::JoinHandle<()>>,
+}
+
+impl Noise {
+    pub(crate) fn start(last: u8) -> Self {
+        use gige_vision::gvsp::{Content, Packet, STATUS_OK};
+        use std::sync::atomic::Ordering;
+
+        let socket = std::net::UdpSocket::bind((address(last), 0)).unwrap();
+        let to = socket.local_addr().unwrap();
+        let ended = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
+        let asked_to_end = std::sync::Arc::clone(&ended);
+        let thread = std::thread::spawn(move || {
+            let mut datagram = Vec::new();
+            let mut packet_id = 0;
+            while !asked_to_end.load(Ordering::Acquire) {
+                packet_id = packet_id % 9 + 1;
+                Packet {
+                    status: STATUS_OK,
+                    block_id: 50,
+                    packet_id,
+                    content: Content::Payload(&[0xaa; 500]),
+                }
+                .encode(&mut datagram);
+                socket.send_to(&datagram, to).unwrap();
+                std::thread::yield_now();
+            }
+        });
+        Self {
+            ended,
+            thread: Some(thread),
+        }
+    }
+}
+
+impl Drop for Noise {
+    fn drop(&mut self) {
+        self.ended.store(true, std::sync::atomic::Ordering::Release);
+        if let Some(thread) = self.thread.take() {
+            thread.join().unwrap();
+        }
     }
 }
