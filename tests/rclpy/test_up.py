@@ -5,6 +5,7 @@ import os
 import pathlib
 import signal
 import subprocess
+import sys
 import time
 
 import cv2
@@ -17,6 +18,8 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
 
 from harness import TIMEOUT, latched
+
+EXAMPLES = pathlib.Path(__file__).parent / "examples"
 
 SIDE = 128
 """Pixels of the sensors: rendered at once."""
@@ -200,6 +203,15 @@ def test_capture_shows_what_the_cameras_saw(cell, start, tmp_path):
     unknown = start("rakelight", "capture", "--cameras", "c9")
     unknown.expected_to_end = True
     assert unknown.wait() == 1 and "it has c1, c2" in unknown.stderr(), unknown.stderr()
+
+
+def test_the_example_records_captures(cell, start, config):
+    example = start(sys.executable, EXAMPLES / "record_captures.py", "session", "--count", "2")
+    example.expected_to_end = True
+    assert example.wait() == 0, example.stderr()
+    bag = start("rakelight", "bag", "check", config.parent / "recordings" / "session")
+    bag.expected_to_end = True
+    assert bag.wait() == 0 and "2 captures" in bag.stdout(), bag.stdout() + bag.stderr()
 
 
 def test_a_second_cell_with_the_same_cameras_says_so(cell, config):
