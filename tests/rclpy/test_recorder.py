@@ -102,6 +102,18 @@ def test_a_recorded_session_reads_the_same_for_everybody(recorder, peer):
             assert [e.header.stamp.nanosec for e in exposures] == [i.header.stamp.nanosec for i in images]
 
 
+def test_a_second_recording_holds_nothing_of_the_first(recorder, peer):
+    camera = Camera(peer, "c1")
+    recorder()
+    for capture in (1, 2):
+        folder = start_recording(peer)
+        camera.capture(capture)
+        assert stop_recording(peer).success
+        info, _ = bag("info", folder)
+        assert [c["id"] for c in info["captures"]] == [f"capture_{capture}"]
+        assert info["messages"] == 17, "the latched camera_info once, and eight images with their exposures"
+
+
 @pytest.mark.parametrize("end", ["interrupt", "terminate"])
 def test_a_recorder_that_is_asked_to_end_finishes_its_bag(recorder, peer, end):
     camera = Camera(peer, "c1")
