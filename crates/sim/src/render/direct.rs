@@ -5,7 +5,20 @@ use std::array::from_fn;
 use geometry::nalgebra::{Point3, Vector3};
 
 use super::random::evenly;
-use super::stage::Stage;
+use super::stage::{Blockers, Stage};
+
+/// Places on a panel's rim, as shares of its sides: a shadow that begins hides one of them first, and one that ends
+/// leaves one of them last.
+const RIM: [[f64; 2]; 8] = [
+    [0.0, 0.0],
+    [0.5, 0.0],
+    [1.0, 0.0],
+    [1.0, 0.5],
+    [1.0, 1.0],
+    [0.5, 1.0],
+    [0.0, 1.0],
+    [0.0, 0.5],
+];
 
 /// How many rays look for the shadow of a panel.
 #[derive(Debug, Clone, Copy)]
@@ -45,7 +58,7 @@ pub(super) fn direct_light(stage: &Stage<'_>, patch: &Patch<'_>, rays: ShadowRay
 fn visible_share(stage: &Stage<'_>, patch: &Patch<'_>, panel: usize, rays: ShadowRays) -> f64 {
     let blockers = stage.blockers(&patch.point, panel);
     let (mut all, mut open) = (0.0, 0.0);
-    let (mut seen, mut hidden) = (false, false);
+    let [mut seen, mut hidden] = rim(stage, patch, panel, blockers);
     for index in 0..rays.many {
         if index >= rays.few && seen != hidden {
             break;
@@ -66,6 +79,18 @@ fn visible_share(stage: &Stage<'_>, patch: &Patch<'_>, panel: usize, rays: Shado
     }
     // A sliver above the horizon that no ray found is taken as open: it carries next to nothing.
     if all > 0.0 { open / all } else { 1.0 }
+}
+
+/// Whether some of a panel's rim above the horizon is seen, and whether some is hidden.
+fn rim(stage: &Stage<'_>, patch: &Patch<'_>, panel: usize, blockers: Blockers) -> [bool; 2] {
+    let mut found = [false; 2];
+    for place in RIM {
+        let target = panel_point(stage, panel, place);
+        if transport(stage, patch, panel, &target) > 0.0 {
+            found[usize::from(stage.blocked(&patch.origins[0], &target, blockers))] = true;
+        }
+    }
+    found
 }
 
 fn panel_point(stage: &Stage<'_>, panel: usize, [along, across]: [f64; 2]) -> Point3<f64> {
