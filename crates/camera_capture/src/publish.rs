@@ -2,7 +2,8 @@
 //!
 //! Subscriptions of this process get a capture at once. Sending it out of the process blocks while a reliable reader
 //! there is slow, so every camera has a queue and a task of its own for that. The queue holds a few captures; when
-//! readers are slower than that, the oldest capture that waits is not sent, with a warning.
+//! readers are slower than that, the oldest capture that waits is not sent, with a warning. Sending takes processor time,
+//! so it begins when the caller of `capture` has its answer.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -11,7 +12,7 @@ use interfaces::rakelight_msgs::msg::Exposure;
 use interfaces::sensor_msgs::msg::{CameraInfo, Image};
 use parking_lot::Mutex;
 use ros::{Node, Publisher, Qos};
-use tokio::sync::Notify;
+use tokio::sync::{Notify, watch};
 
 use crate::convert::ExposureMessages;
 use crate::record::CameraRecord;
@@ -23,7 +24,11 @@ const QUEUE: usize = 2;
 pub(crate) struct Job {
     pub(crate) capture_id: String,
     pub(crate) messages: Vec<ExposureMessages>,
+    pub(crate) answered: Answered,
 }
+
+/// Whether the caller has its answer: the sender of this channel is gone then, whatever became of the answer.
+pub(crate) type Answered = watch::Receiver<()>;
 
 /// One camera's captures on their way out. Clones are handles to the same queue.
 #[derive(Clone)]
@@ -123,10 +128,13 @@ impl PublishQueue {
         // What blocks cannot be cancelled, but it can look whether anybody still waits for it.
         let running = Arc::new(());
         loop {
-            let job = self.next().await;
+            let mut job = self.next().await;
+            while job.answered.changed().await.is_ok() {}
             let (queue, running) = (self.clone(), Arc::downgrade(&running));
             let send = move || {
-                let Job { capture_id, messages } = job;
+                let Job {
+                    capture_id, messages, ..
+                } = job;
                 for messages in messages.into_iter().take_while(|_| running.strong_count() > 0) {
                     if let Err(error) = queue.inner.publishers.send(messages) {
                         let camera = &queue.camera;

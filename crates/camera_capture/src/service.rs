@@ -8,7 +8,7 @@ use interfaces::rakelight_msgs::msg::{CellState, StageTiming};
 use interfaces::rakelight_msgs::srv::{self, CaptureRequest, CaptureResponse};
 use interfaces::std_srvs::srv::{Trigger, TriggerResponse};
 use ros::{Clock, ServiceCall, ServiceServer};
-use tokio::sync::{Mutex, MutexGuard, Semaphore, SemaphorePermit};
+use tokio::sync::{Mutex, MutexGuard, Semaphore, SemaphorePermit, watch};
 use tokio::task::JoinSet;
 use tracing::Instrument;
 
@@ -16,7 +16,7 @@ use crate::auto_exposure;
 use crate::convert;
 use crate::error::CaptureFailure;
 use crate::light_watch::{LightWatch, Sample};
-use crate::publish::{Job, PublishQueue};
+use crate::publish::{Answered, Job, PublishQueue};
 use crate::session::{Capture, Session};
 
 /// Callers that may wait for their turn: an operator's tools and the cell, not a runaway loop.
@@ -48,10 +48,10 @@ impl Desk {
         }
     }
 
-    /// `capture`.
-    pub(crate) async fn capture(self, request: Arc<CaptureRequest>) -> CaptureResponse {
+    /// `capture`. What it took leaves this process when the answer has.
+    pub(crate) async fn capture(self, request: Arc<CaptureRequest>, answered: Answered) -> CaptureResponse {
         let (started, started_at) = (Instant::now(), self.clock.now());
-        let outcome = self.take(&request.cameras).await;
+        let outcome = self.take(&request.cameras, answered).await;
         let timing = StageTiming {
             stage: CellState::CAPTURE,
             succeeded: outcome.is_ok(),
@@ -92,7 +92,7 @@ impl Desk {
         Ok((permit, self.session.lock().await))
     }
 
-    async fn take(&self, cameras: &[String]) -> Result<CaptureResponse, CaptureFailure> {
+    async fn take(&self, cameras: &[String], answered: Answered) -> Result<CaptureResponse, CaptureFailure> {
         let (_permit, mut session) = self.turn().await?;
         let places = session.select(cameras)?;
         let capture = session.capture(&places).await?;
@@ -104,12 +104,12 @@ impl Desk {
             repeats: capture.repeats,
             ..CaptureResponse::default()
         };
-        self.hand_out(&session, capture);
+        self.hand_out(&session, capture, &answered);
         Ok(response)
     }
 
     /// Gives the images to those who publish and measure them; waits for neither.
-    fn hand_out(&self, session: &Session, capture: Capture) {
+    fn hand_out(&self, session: &Session, capture: Capture, answered: &Answered) {
         let mut samples = Vec::new();
         for taken in capture.cameras {
             let camera = &session.cameras[taken.camera];
@@ -117,6 +117,7 @@ impl Desk {
             self.queues[taken.camera].push(Job {
                 capture_id: capture.id.clone(),
                 messages,
+                answered: answered.clone(),
             });
             samples.push(Sample {
                 camera: camera.name.clone(),
@@ -155,8 +156,7 @@ impl Servers {
             tokio::select! {
                 call = self.capture.next() => {
                     let Some(call) = call else { break };
-                    let request = Arc::new(call.request().clone());
-                    calls.spawn(respond(call, desk.capture(request)).in_current_span());
+                    calls.spawn(answer_capture(call, desk).in_current_span());
                 }
                 call = self.auto_exposure.next() => {
                     let Some(call) = call else { break };
@@ -171,6 +171,13 @@ impl Servers {
         }
         calls.shutdown().await;
     }
+}
+
+async fn answer_capture(call: ServiceCall<srv::Capture>, desk: Desk) {
+    let (not_yet, answered) = watch::channel(());
+    let request = Arc::new(call.request().clone());
+    respond(call, desk.capture(request, answered)).await;
+    drop(not_yet);
 }
 
 async fn respond<S: Service>(call: ServiceCall<S>, response: impl Future<Output = S::Response>) {
