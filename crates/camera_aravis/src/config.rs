@@ -25,7 +25,8 @@ pub struct CameraConfig {
     /// Pause of the camera between two packets when they are received over UDP. With the packet socket it is half of
     /// that.
     pub packet_delay: Duration,
-    /// Bytes of the UDP socket's buffer; as large as a frame when `None`. The kernel grants `net.core.rmem_max` at most.
+    /// Bytes of the UDP socket's buffer, of which the kernel grants `net.core.rmem_max` at most (and then as much again
+    /// for its own accounts); all that it grants when `None`.
     pub socket_buffer: Option<u32>,
     /// A frame of which nothing came for this long is given up.
     pub frame_retention: Duration,

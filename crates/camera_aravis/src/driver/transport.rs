@@ -16,6 +16,9 @@ const SETTLING: Duration = Duration::from_millis(25);
 /// Quiet moments are short on a busy host.
 const ATTEMPTS: usize = 4;
 
+/// Bytes of a socket buffer that no kernel grants without being told to; it gives what it may.
+const AMPLE_BUFFER: u32 = 64 << 20;
+
 /// A stream that has received nothing, and whether it is received by a packet socket.
 pub(super) fn open(features: Features<'_>, config: &CameraConfig) -> Result<(Stream, bool), CameraError> {
     if config.packet_socket && may_use_packet_sockets() {
@@ -70,13 +73,9 @@ fn tune(stream: &GvStream, config: &CameraConfig) {
     stream.set_initial_packet_timeout(micros(config.packet_patience));
     stream.set_packet_timeout(micros(config.resend_patience));
     stream.set_frame_retention(micros(config.frame_retention));
-    match config.socket_buffer {
-        Some(bytes) => {
-            stream.set_socket_buffer(GvStreamSocketBuffer::Fixed);
-            stream.set_socket_buffer_size(bytes as i32);
-        }
-        None => stream.set_socket_buffer(GvStreamSocketBuffer::Auto),
-    }
+    // Aravis' own choice is the size of a frame, which for small ones is less than the kernel's default.
+    stream.set_socket_buffer(GvStreamSocketBuffer::Fixed);
+    stream.set_socket_buffer_size(config.socket_buffer.unwrap_or(AMPLE_BUFFER) as i32);
 }
 
 /// Aravis tries the same, and says nothing when it fails.

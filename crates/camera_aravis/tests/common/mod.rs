@@ -15,7 +15,9 @@ use gige_vision::{DeviceConfig, FrameRequest, GigeVisionError, Server};
 /// For everything that must happen, on a busy machine too.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
 /// Side of the small sensor.
-pub(crate) const SIDE: u32 = 256;
+pub(crate) const SIDE: u32 = 128;
+/// Between two triggers: slow enough for a machine that is busy with other tests.
+pub(crate) const PERIOD: Duration = Duration::from_millis(10);
 
 /// An address of loopback for this process, so that runs side by side do not meet.
 pub(crate) fn address(last: u8) -> Ipv4Addr {
@@ -140,12 +142,21 @@ pub(crate) fn is_picture(frame: &Frame, index: u32) -> bool {
 }
 
 /// Pulses the line, like the light controller does.
-pub(crate) fn pulse(servers: &[&Server], count: u32, period: Duration) {
+pub(crate) fn pulse(servers: &[&Server], count: u32) {
     let start = Instant::now() + Duration::from_millis(2);
     for step in 0..count {
         for server in servers {
-            server.line_trigger(start + step * period);
+            server.line_trigger(start + step * PERIOD);
         }
+    }
+}
+
+/// Until the device has sent so many frames in all.
+pub(crate) async fn wait_sent(server: &Server, frames: u64) {
+    let end = Instant::now() + PATIENCE;
+    while server.counters().frames_sent < frames {
+        assert!(Instant::now() < end, "the device sends nothing");
+        tokio::time::sleep(Duration::from_millis(1)).await;
     }
 }
 
