@@ -164,10 +164,11 @@ fn packets_keep_their_distance() {
 #[test]
 fn lost_packets_are_sent_again_and_old_ones_named_unavailable() {
     let mut bench = Bench::armed();
-    for trigger in 0..6 {
+    // Two more than are kept.
+    for trigger in 0..11 {
         bench.device.line_trigger(millis(10 + 10 * trigger));
     }
-    bench.run(millis(100));
+    bench.run(millis(150));
     let resend = |block_id, first, last| {
         let command = Command::PacketResend {
             block_id,
@@ -182,7 +183,7 @@ fn lost_packets_are_sent_again_and_old_ones_named_unavailable() {
         }
         .encode()
     };
-    for (block, first, last) in [(6, 2, 4), (6, 8, 9000), (6, 5, 1), (1, 3, 5)] {
+    for (block, first, last) in [(11, 2, 4), (11, 8, 9000), (11, 5, 1), (2, 3, 5), (3, 8, 8)] {
         assert_eq!(
             bench
                 .device
@@ -190,16 +191,26 @@ fn lost_packets_are_sent_again_and_old_ones_named_unavailable() {
             None
         );
     }
-    let (packets, _) = bench.run(millis(200));
+    let (packets, _) = bench.run(millis(250));
     let again: Vec<(u16, u32, u16)> = decoded(&packets)
         .iter()
         .map(|packet| (packet.block_id, packet.packet_id, packet.status))
         .collect();
-    let resent = |id| (6, id, 0x0100);
-    assert_eq!(again, [resent(2), resent(3), resent(4), resent(8), (1, 3, 0x800c)]);
+    let resent = |id| (11, id, 0x0100);
+    assert_eq!(
+        again,
+        [
+            resent(2),
+            resent(3),
+            resent(4),
+            resent(8),
+            (2, 3, 0x800c),
+            (3, 8, 0x0100)
+        ]
+    );
     let stranger = SocketAddrV4::new(Ipv4Addr::new(127, 9, 9, 9), 1);
-    bench.device.handle_command(bench.now, stranger, &resend(6, 0, 8));
-    assert!(bench.run(millis(300)).0.is_empty());
+    bench.device.handle_command(bench.now, stranger, &resend(11, 0, 8));
+    assert!(bench.run(millis(350)).0.is_empty());
 }
 
 #[test]
