@@ -5,6 +5,7 @@ mod capture;
 mod demo;
 mod doctor;
 mod ending;
+mod eval;
 mod failure;
 mod nodes;
 mod replay;
@@ -48,6 +49,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Look into a bag, check it, or cut a part out of it.
     Bag(bag::Arguments),
+    /// Say how far results are from the truth.
+    Eval(eval::Arguments),
     /// Run nodes in one process until Ctrl-C.
     Node(nodes::Arguments),
 }
@@ -75,6 +78,7 @@ async fn run() -> Result<(), Failure> {
         Command::Demo(arguments) => demo::run(arguments).await,
         Command::Replay(arguments) => replay::run(arguments, &ros_arguments).await,
         Command::Bag(arguments) => bag::run(arguments),
+        Command::Eval(arguments) => eval::run(arguments).await,
         Command::Node(arguments) => nodes::run(arguments, &ros_arguments).await,
     }
 }
