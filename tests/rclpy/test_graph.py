@@ -1,7 +1,9 @@
 """What rclpy sees of a Rust node in the graph, and how soon it is gone."""
 
 import pytest
+from harness import HarnessError
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from std_srvs.srv import Trigger
 
 
 def names(peer):
@@ -45,3 +47,36 @@ def test_a_node_that_ends_leaves_the_graph_at_once(probe, peer, end):
     assert getattr(child, end)() == 0
     gone = lambda: "/cell/probe" not in names(peer) and peer.node.count_publishers("/cell/c1/normals") == 0
     peer.spin_until(gone, "the node's leaving", timeout=LEASE_IS_LONGER_THAN_S)
+
+
+STARTED_AT_ONCE = 4
+"""With one node a repair of its first endpoints cannot mix with those of another."""
+
+
+@pytest.mark.parametrize("attempt", range(4))
+def test_nodes_that_start_together_are_known_completely(start, peer, attempt):
+    """Endpoints arrive pushed and repaired, of several participants in turn; none may be passed over for that."""
+    nodes = [f"probe_{number}" for number in range(STARTED_AT_ONCE)]
+    for node in nodes:
+        start("probe_node", "--name", node, "--mute")
+    expected = {f"/cell/{node}/{service}" for node in nodes for service in ("status", "slow", "get_parameters")}
+
+    def unknown():
+        """What of each node is not known yet: its name, its services, a publisher and a subscription."""
+        services = {name for name, _ in peer.node.get_service_names_and_types()}
+        missing = (expected - services) | ({f"/cell/{node}" for node in nodes} - set(names(peer)))
+        for topic, count in (
+            ("/cell/c1/image_raw", peer.node.count_publishers),
+            ("/cell/echo/in", peer.node.count_subscribers),
+        ):
+            if count(topic) != STARTED_AT_ONCE:
+                missing.add(f"{topic} x {count(topic)}")
+        return missing
+
+    # A service that a client can call needs the reader and the writer of it.
+    clients = [peer.node.create_client(Trigger, f"/cell/{node}/status") for node in nodes]
+    complete = lambda: not unknown() and all(client.service_is_ready() for client in clients)
+    try:
+        peer.spin_until(complete, "all of the nodes", timeout=10.0)
+    except HarnessError as error:
+        raise HarnessError(f"{error}; unknown: {sorted(unknown())}") from None
