@@ -181,7 +181,7 @@ impl TransportParameters {
                     .unit("bytes")
                     .range(0..=i64::from(*CameraConfig::SOCKET_BUFFER.end()))
                     .read_only()
-                    .describe("Buffer of the UDP socket, as far as the kernel grants it; 0: as large as a frame"),
+                    .describe("Buffer of the UDP socket, as far as the kernel grants it; 0: all that it grants"),
             )?,
             trigger_source: parameters.declare(
                 Parameter::string(name("AcquisitionControl.TriggerSource"), defaults.trigger_line)
