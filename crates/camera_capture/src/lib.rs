@@ -100,8 +100,8 @@ pub async fn run(node: Node) -> Result<(), Error> {
     tracing::info!(cameras = ?names, "ready");
     servers.run(desk).await;
     tasks.shutdown().await;
-    // A capture may have been under way. Should this not arrive, the lights go off by themselves.
-    let _ = session.lock().await.lights.off().await;
+    // A capture may have been under way.
+    session.lock().await.lights.leave_off().await;
     Ok(())
 }
 

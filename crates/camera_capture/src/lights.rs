@@ -19,6 +19,9 @@ const INTERVAL_TOLERANCE: Duration = Duration::from_micros(500);
 /// How long the node of the lights may take beyond the sequence itself.
 const PATIENCE: Duration = Duration::from_secs(2);
 
+/// How long a node that ends waits for its last word to arrive.
+const FAREWELL: Duration = Duration::from_millis(500);
+
 /// Calls of the node `light_sequencer`.
 pub(crate) struct Lights {
     run: ServiceClient<RunLightSequence>,
@@ -83,17 +86,35 @@ impl Lights {
         Ok(())
     }
 
+    /// All off, unless it is certain that they are; for a node that is shut down and hears no answer any more.
+    pub(crate) async fn leave_off(&self) {
+        if !self.may_be_lit.load(Ordering::Relaxed) {
+            return;
+        }
+        // Should this not arrive, they go off by themselves.
+        if let Err(error) = self.set.tell(request(PanelSet::NONE, Duration::ZERO), FAREWELL).await {
+            tracing::warn!(%error, "the lights were not told to go off");
+        }
+    }
+
     async fn set_panels(&self, panels: PanelSet, duration: Duration) -> Result<(), Void> {
-        let request = SetLightsRequest {
-            on: panels.0,
-            duration: message(duration),
-        };
-        let answer = self.set.call(request, PATIENCE).await.map_err(|e| failed(&e))?;
+        let answer = self
+            .set
+            .call(request(panels, duration), PATIENCE)
+            .await
+            .map_err(|e| failed(&e))?;
         if answer.success {
             return Ok(());
         }
         let reason = answer.message.clone();
         Err(Void::Lights { reason })
+    }
+}
+
+fn request(panels: PanelSet, duration: Duration) -> SetLightsRequest {
+    SetLightsRequest {
+        on: panels.0,
+        duration: message(duration),
     }
 }
 

@@ -235,6 +235,33 @@ impl<S: Service> ServiceClient<S> {
         answer
     }
 
+    /// Asks without waiting for the answer: returns when the server's side has the request, or after `timeout`. Unlike
+    /// [`Self::call`] it works while the node shuts down, for a last word such as "lights off".
+    pub async fn tell(&self, request: impl Into<Arc<S::Request>>, timeout: Duration) -> Result<(), Error> {
+        let deadline = Instant::now() + timeout;
+        // Nobody reads answers any more once the node shuts down.
+        let server = self
+            .inner
+            .replies_matched
+            .wait_until(timeout, || self.inner.requests.matched() > 0);
+        server.await.map_err(|waited| Error::NotFound {
+            what: "server of service",
+            name: self.inner.name.clone(),
+            waited,
+        })?;
+        let (sequence_number, _) = self.inner.send(request.into())?;
+        self.inner.pending.lock().remove(&sequence_number);
+        let acknowledged = self.inner.requests.dds.async_wait_for_acknowledgments();
+        match tokio::time::timeout_at(deadline, acknowledged).await {
+            Ok(Ok(true)) => Ok(()),
+            _ => Err(Error::TimedOut {
+                what: "service",
+                name: self.inner.name.clone(),
+                waited: timeout,
+            }),
+        }
+    }
+
     /// Whether a server is matched in both directions.
     pub fn server_is_ready(&self) -> bool {
         self.inner.requests.matched() > 0 && self.inner.replies_matched.matched(self.inner.reply_reader) > 0

@@ -200,9 +200,7 @@ async fn a_camera_that_another_client_holds_is_named() {
     let Some(mut rig) = Rig::start(Plan::default()).await else {
         return;
     };
-    let task = rig.camera_task.take();
-    rig.camera_node.clone().shutdown().await;
-    within("the node's end", task.unwrap()).await.unwrap().unwrap();
+    rig.stop_cameras().await;
     let other = AravisCamera::open(CameraConfig::new(rig.address(1).to_string()));
     let is_open = |link: &CameraLink| matches!(link, CameraLink::Open { .. });
     within("the other client", other.link().wait_for(is_open))

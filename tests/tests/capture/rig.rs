@@ -1,6 +1,7 @@
 //! The cell in small, with real wires: the firmware on a simulated board, two GigE Vision devices that expose when its
 //! pins say so, and the nodes of the lights and cameras.
 
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::net::Ipv4Addr;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -50,7 +51,12 @@ pub(crate) struct Wires {
     zeros: [Mutex<Option<Instant>>; 2],
     /// Which panel each output drives, L1 first; 0: none.
     panels: [AtomicU8; 7],
+    /// Pictures of before: the time that a capture takes is to be the cameras', not this file's.
+    pictures: Mutex<HashMap<PictureKey, Bytes>>,
 }
+
+/// Panels that shine, exposure, gain and black level in bits, columns and rows.
+type PictureKey = (Vec<u8>, [u64; 3], [u32; 2]);
 
 #[derive(Default)]
 struct State {
@@ -135,31 +141,47 @@ impl Wires {
         let lit = self.lit_at(zero + request.triggered_at + request.exposure / 2);
         let on = (0..7).filter(|output| lit[*output]);
         let panels: Vec<u8> = on.map(|output| self.panels[output].load(Ordering::Relaxed)).collect();
-        let gathered = RATE * request.exposure.as_secs_f64() * 10_f64.powf(request.gain_decibels / 20.0);
-        let (width, height) = (request.width as usize, request.height as usize);
-        // Brightness is the same along lines across the panel's direction, so two tables say all.
-        let mut columns = vec![0.0; width];
-        let mut rows = vec![0.0; height];
-        let mut pixels = vec![f64::from(request.black_level) + DARK; width * height];
-        for panel in panels.into_iter().filter(|panel| *panel > 0) {
-            let [right, down] = direction(panel);
-            let table = |values: &mut [f64], slope: f64| {
-                let length = values.len() as f64;
-                for (at, value) in values.iter_mut().enumerate() {
-                    *value = (TILT * slope * (at as f64 / length - 0.5)).exp();
-                }
-            };
-            table(&mut columns, right);
-            table(&mut rows, down);
-            for (row, down) in pixels.chunks_exact_mut(width).zip(&rows) {
-                for (pixel, right) in row.iter_mut().zip(&columns) {
-                    *pixel += gathered * down * right;
-                }
+        let light = [
+            request.exposure.as_nanos() as u64,
+            request.gain_decibels.to_bits(),
+            u64::from(request.black_level),
+        ];
+        let key = (panels, light, [request.width, request.height]);
+        if let Some(known) = lock(&self.pictures).get(&key) {
+            return known.clone();
+        }
+        let picture = draw(&key.0, request);
+        lock(&self.pictures).insert(key, picture.clone());
+        picture
+    }
+}
+
+/// What a camera sees of these panels.
+fn draw(panels: &[u8], request: &FrameRequest) -> Bytes {
+    let gathered = RATE * request.exposure.as_secs_f64() * 10_f64.powf(request.gain_decibels / 20.0);
+    let (width, height) = (request.width as usize, request.height as usize);
+    // Brightness is the same along lines across the panel's direction, so two tables say all.
+    let mut columns = vec![0.0; width];
+    let mut rows = vec![0.0; height];
+    let mut pixels = vec![f64::from(request.black_level) + DARK; width * height];
+    for panel in panels.iter().filter(|panel| **panel > 0) {
+        let [right, down] = direction(*panel);
+        let table = |values: &mut [f64], slope: f64| {
+            let length = values.len() as f64;
+            for (at, value) in values.iter_mut().enumerate() {
+                *value = (TILT * slope * (at as f64 / length - 0.5)).exp();
+            }
+        };
+        table(&mut columns, right);
+        table(&mut rows, down);
+        for (row, down) in pixels.chunks_exact_mut(width).zip(&rows) {
+            for (pixel, right) in row.iter_mut().zip(&columns) {
+                *pixel += gathered * down * right;
             }
         }
-        let quantised = pixels.iter().map(|value| value.min(65_520.0) as u16 & 0xfff0);
-        quantised.flat_map(u16::to_le_bytes).collect::<Vec<u8>>().into()
     }
+    let quantised = pixels.iter().map(|value| value.min(65_520.0) as u16 & 0xfff0);
+    quantised.flat_map(u16::to_le_bytes).collect::<Vec<u8>>().into()
 }
 
 /// Towards a panel in the image, right and down; nowhere for the one overhead.
@@ -371,13 +393,18 @@ impl Rig {
             .expect("the node answers")
     }
 
-    /// Ends the nodes in good order.
-    pub(crate) async fn stop(mut self) {
+    /// Ends the node of the cameras in good order.
+    pub(crate) async fn stop_cameras(&mut self) {
         self.camera_node.clone().shutdown().await;
         if let Some(task) = self.camera_task.take() {
             let ended = scenarios::within("the node's end", task).await;
             ended.expect("the node does not panic").expect("the node ends well");
         }
+    }
+
+    /// Ends the nodes in good order.
+    pub(crate) async fn stop(mut self) {
+        self.stop_cameras().await;
         if let Some(node) = self.light_node.take() {
             node.shutdown().await;
         }
