@@ -12,7 +12,7 @@ use scenarios::{Domain, quantile};
 use crate::report::Recording;
 
 /// Longer than any capture, its repetition and the cell's start.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_mins(1);
 
 /// Images that a capture has: dark and seven panels, of two cameras.
 pub(crate) const IMAGES: usize = 16;

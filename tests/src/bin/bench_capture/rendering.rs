@@ -6,6 +6,7 @@ use sim::render::{RenderOptions, render};
 use sim::world::World;
 
 /// Seconds for both cameras together.
+#[derive(Clone, Copy)]
 pub(crate) struct Rendering {
     /// At 768 x 768.
     pub(crate) binned_s: f64,
