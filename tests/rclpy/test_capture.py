@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from harness import latched
 from rakelight_msgs.msg import Exposure
 from rakelight_msgs.srv import Capture
@@ -137,6 +138,22 @@ def test_the_exposure_assistant_answers_and_the_parameters_show_it(cell):
     values = cell.call(GetParameters, "/cell/camera_capture/get_parameters", GetParameters.Request(names=names)).values
     for camera, value in zip(("c1", "c2"), values):
         assert f"{camera}: 2500 us -> {value.double_value:.0f} us" in answer.message, answer.message
+
+
+def test_rendered_panels_shine_from_where_they_stand(cell):
+    reports = cell.collect(DiagnosticArray, "/diagnostics")
+
+    def lights():
+        found = [s for report in reports for s in report.status if s.name == "cell/camera_capture: lights"]
+        return found[-1] if found and "no capture" not in found[-1].message else None
+
+    status = cell.spin_until(lights, "a report on the lights")
+    assert status.message == "all panels in order", status.message
+    values = {value.key: value.value for value in status.values}
+    for camera in ("c1", "c2"):
+        for channel in range(1, 7):
+            azimuth = float(values[f"{camera} L{channel} azimuth"].removesuffix(" deg"))
+            assert abs(azimuth - (60 * channel - 30)) < 15, (camera, channel, azimuth)
 
 
 def test_an_exposure_out_of_range_is_refused_and_the_old_one_stays(cell):
