@@ -273,8 +273,7 @@ impl Rig {
         let addresses = [address(), address()];
         let domain = Domain::claim();
         let mut options = domain.options(camera_capture::NAME);
-        // By UDP, as on every machine: past it (CAP_NET_RAW), Aravis loses whole frames while other tests keep the machine
-        // busy.
+        // By UDP: not every machine lets tests past it (CAP_NET_RAW).
         let known = if plan.only_first { 1 } else { 2 };
         for (name, address) in ["c1", "c2"].into_iter().zip(addresses).take(known) {
             options = options
