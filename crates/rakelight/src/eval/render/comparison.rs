@@ -5,7 +5,8 @@ use ::sim::scene::{Panel, View};
 use geometry::nalgebra::{Point2, Point3, Vector3};
 use imaging::Image;
 
-use super::description::{Description, PRINT_ALBEDO, Sensor, ViewEntry};
+use super::description::{Description, Sensor, ViewEntry};
+use super::prints;
 use super::score::{Group, Sums};
 use super::truth::{Seen, Truth};
 
@@ -52,21 +53,22 @@ impl Comparison {
         rendered: &RenderedView,
         bin: usize,
     ) -> anyhow::Result<Self> {
-        let factors = Factors::new(truth, entry, bin);
+        let view = entry.view(bin)?;
+        let factors = factors(description, truth, rendered, &view)?;
         let scale = |light: f32, factor: f32| light * factor * entry.dn_per_radiance as f32;
         let lit = |light: &Image<f32>| {
             let both = light.pixels().iter().zip(rendered.ambient.pixels());
-            let pixels = both.zip(&factors.0).map(|((l, a), factor)| scale(l + a, *factor));
+            let pixels = both.zip(&factors).map(|((l, a), factor)| scale(l + a, *factor));
             Image::new(light.width(), light.height(), pixels.collect())
         };
-        let dark = rendered.ambient.pixels().iter().zip(&factors.0);
+        let dark = rendered.ambient.pixels().iter().zip(&factors);
         let dark = dark.map(|(a, factor)| scale(*a, *factor)).collect();
         let dark = Image::new(rendered.ambient.width(), rendered.ambient.height(), dark);
         let ours = rendered.lights.iter().map(lit).chain([dark]);
         let grouping = Grouping {
             truth,
             rendered,
-            view: entry.view(bin)?,
+            view,
             panels: description.panels()?,
             hemisphere: description.is_hemisphere(),
             factors: &factors,
@@ -108,34 +110,20 @@ fn binned(image: &Image<u16>, bin: usize) -> Image<f32> {
     })
 }
 
-/// How much more a pixel reflects than what was rendered; NaN where prints meet in a pixel, so that there is no telling.
-struct Factors(Vec<f32>);
-
-impl Factors {
-    fn new(truth: &Truth, entry: &ViewEntry, bin: usize) -> Self {
-        let [width, height] = entry.size;
-        let count = width / bin * (height / bin);
-        let Some(albedo) = &truth.albedo else {
-            return Self(vec![1.0; count]);
-        };
-        let factor = |index: usize| {
-            let (x, y) = (index % (width / bin) * bin, index / (width / bin) * bin);
-            let here = albedo[y * width + x];
-            // The albedo is that of a pixel's middle; its neighbours' say whether it holds for all of it.
-            let columns = x.saturating_sub(1)..(x + bin + 1).min(width);
-            let mut rows = y.saturating_sub(1)..(y + bin + 1).min(height);
-            let even = rows.all(|row| {
-                albedo[row * width..][columns.clone()]
-                    .iter()
-                    .all(|a| a.to_bits() == here.to_bits())
-            });
-            match truth.seen(y * width + x) {
-                Seen::Room => 1.0,
-                _ if even => here / PRINT_ALBEDO as f32,
-                _ => f32::NAN,
-            }
-        };
-        Self((0..count).map(factor).collect())
+/// How much more each pixel reflects than what was rendered. Prints are compared at full resolution only, where the
+/// capture tells what a pixel covers.
+fn factors(description: &Description, truth: &Truth, rendered: &RenderedView, view: &View) -> anyhow::Result<Vec<f32>> {
+    let pixels = rendered.labels.pixels().len();
+    match &truth.albedo {
+        None => Ok(vec![1.0; pixels]),
+        Some(albedo) if albedo.len() == pixels => {
+            let prints = description.prints()?;
+            Ok(prints::factors(rendered, view, prints, albedo))
+        }
+        Some(_) => {
+            let factor = |&label: &u8| if label == 0 { 1.0 } else { f32::NAN };
+            Ok(rendered.labels.pixels().iter().map(factor).collect())
+        }
     }
 }
 
@@ -146,7 +134,7 @@ struct Grouping<'a> {
     view: View,
     panels: [Panel; 7],
     hemisphere: bool,
-    factors: &'a Factors,
+    factors: &'a [f32],
     /// Of the capture.
     width: usize,
     bin: usize,
@@ -154,14 +142,12 @@ struct Grouping<'a> {
 
 impl Grouping<'_> {
     fn of_image(&self, image: usize) -> Vec<Option<Group>> {
-        (0..self.factors.0.len())
-            .map(|pixel| self.group(image, pixel))
-            .collect()
+        (0..self.factors.len()).map(|pixel| self.group(image, pixel)).collect()
     }
 
     /// The group of a pixel all of whose parts belong to it.
     fn group(&self, image: usize, pixel: usize) -> Option<Group> {
-        if self.factors.0[pixel].is_nan() {
+        if self.factors[pixel].is_nan() {
             return None;
         }
         let columns = self.width / self.bin;

@@ -1,5 +1,6 @@
 //! `scene.json` of a capture, and the scene it describes.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use ::sim::objects::{Ball, MeshFile, Shape};
@@ -8,6 +9,8 @@ use anyhow::{Context, anyhow};
 use geometry::nalgebra::{Point3, Unit, Vector3};
 use geometry::{PinholeCamera, PlumbBob, RigidTransform, TriangleMesh};
 use serde::Deserialize;
+
+use super::prints::Print;
 
 /// Segments of a hemisphere: its facets turn by 0.6 degrees.
 const HEMISPHERE_SEGMENTS: u32 = 600;
@@ -52,7 +55,9 @@ struct Object {
 enum ObjectAlbedo {
     Uniform(f64),
     /// A random print; what it looks like is known per pixel only.
-    Print {},
+    Print {
+        cell_mm: f64,
+    },
 }
 
 /// The middle of what printed cells reflect.
@@ -120,6 +125,20 @@ impl Description {
             .map_err(|_| anyhow!("lights_reference names {found} lights; understood are 7"))
     }
 
+    /// Printed objects, by the labels of a rendered view.
+    pub(super) fn prints(&self) -> anyhow::Result<HashMap<u8, Print>> {
+        let numbered = (1..=u8::MAX).zip(&self.objects);
+        let print = |(label, object): (u8, &Object)| {
+            let (ObjectAlbedo::Print { cell_mm }, Some(pose)) = (&object.albedo, object.pose) else {
+                return None;
+            };
+            let cell = cell_mm * 1e-3;
+            let pose = RigidTransform::from_matrix(&pose);
+            Some(pose.map(|base_from_object| (label, Print { base_from_object, cell })))
+        };
+        Ok(numbered.filter_map(print).collect::<Result<_, _>>()?)
+    }
+
     /// Whether the object is a hemisphere that hides none of itself.
     pub(super) fn is_hemisphere(&self) -> bool {
         self.objects.iter().all(|object| object.radius_m.is_some())
@@ -148,7 +167,7 @@ impl Object {
             base_from_body,
             albedo: Albedo::Uniform(match self.albedo {
                 ObjectAlbedo::Uniform(albedo) => albedo,
-                ObjectAlbedo::Print {} => PRINT_ALBEDO,
+                ObjectAlbedo::Print { .. } => PRINT_ALBEDO,
             }),
         })
     }

@@ -8,6 +8,7 @@ mod comparison;
 mod description;
 mod npz;
 mod picture;
+mod prints;
 mod report;
 mod score;
 mod truth;
