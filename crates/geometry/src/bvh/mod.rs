@@ -73,7 +73,7 @@ impl TriangleBvh {
         let line = Line::new(ray, &self.centre);
         let mut found = false;
         walk(self, &line, limit as f32, |packet, limit| {
-            found = packet.closest(&line, limit).is_some();
+            found = packet.any(&line, limit);
             // A limit of 0 ends the walk.
             found.then_some(0.0)
         });

@@ -1,5 +1,7 @@
 //! The way of a ray through the hierarchy, nearest boxes first.
 
+use glam::Vec4;
+
 use super::build::MAX_DEPTH;
 use super::packet::TrianglePacket;
 use super::{LEAF, NO_CHILD, TriangleBvh};
@@ -11,20 +13,24 @@ const STACK: usize = 3 * MAX_DEPTH + 4;
 /// A direction's component is at least this, so that its inverse is finite and no 0 · ∞ arises in a slab.
 const SMALLEST: f32 = 1e-20;
 
-/// A ray in single precision, relative to the mesh's middle.
+/// A ray in single precision, relative to the mesh's middle; each number in all four lanes.
 pub(super) struct Line {
-    pub(super) origin: [f32; 3],
-    pub(super) direction: [f32; 3],
-    pub(super) inverse: [f32; 3],
+    pub(super) origin: [Vec4; 3],
+    pub(super) direction: [Vec4; 3],
+    pub(super) inverse: [Vec4; 3],
+    /// By axis, whether it goes towards smaller numbers.
+    pub(super) backwards: [bool; 3],
 }
 
 impl Line {
     pub(super) fn new(ray: &Ray, centre: &[f64; 3]) -> Self {
         let direction: [f32; 3] = std::array::from_fn(|axis| ray.direction[axis] as f32);
+        let inverse = direction.map(|d| 1.0 / if d.abs() < SMALLEST { SMALLEST.copysign(d) } else { d });
         Self {
-            origin: std::array::from_fn(|axis| (ray.origin[axis] - centre[axis]) as f32),
-            direction,
-            inverse: direction.map(|d| 1.0 / if d.abs() < SMALLEST { SMALLEST.copysign(d) } else { d }),
+            origin: std::array::from_fn(|axis| Vec4::splat((ray.origin[axis] - centre[axis]) as f32)),
+            direction: direction.map(Vec4::splat),
+            inverse: inverse.map(Vec4::splat),
+            backwards: inverse.map(|inverse| inverse < 0.0),
         }
     }
 }
