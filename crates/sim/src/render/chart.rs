@@ -4,18 +4,23 @@ use std::collections::HashMap;
 
 use geometry::nalgebra::{Point3, Vector3};
 
+use super::direct::Origin;
 use super::rectangle::Rectangle;
 use super::stage::{LIFT, Place, Stage};
 use crate::scene::Albedo;
 
 /// About how many patches all bodies are divided into.
 const BODY_PATCHES: f64 = 6000.0;
-/// Sides of a body's patch, metres: finer is not seen, coarser would be.
-const BODY_PATCH: [f64; 2] = [0.001, 0.01];
+/// Least side of a body's patch, metres: finer is not seen.
+const LEAST_PATCH: f64 = 0.001;
+/// A chart has about this many times the cells that its triangles fill, whatever their shape.
+const SPARSE: f64 = 4.0;
 /// How many patches a rectangle of the room is divided into at most.
 const RECTANGLE_PATCHES: f64 = 1500.0;
+/// Triangles that are taken together lie in cubes of this many sides of a patch: a cube holds several patches.
+const COARSE: f64 = 2.0;
 /// Places of a patch that stand for all of it.
-const SPOTS: usize = 3;
+const SPOTS: usize = 2;
 /// Samples at a triangle's border are drawn this share of the way to its middle, out of the corners with others.
 const INWARDS: f64 = 0.05;
 
@@ -23,17 +28,9 @@ const INWARDS: f64 = 0.05;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Patch {
     /// Places on it and their normals; none for patches that are not there, outside a plane's triangles.
-    pub(super) spots: Vec<Spot>,
+    pub(super) spots: Vec<Origin>,
     /// Mean share of light that it reflects.
     pub(super) albedo: f64,
-}
-
-/// A place on a patch.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Spot {
-    /// A little above the surface.
-    pub(super) point: Point3<f64>,
-    pub(super) normal: Vector3<f64>,
 }
 
 /// Square cells on a plane.
@@ -123,7 +120,7 @@ impl Atlas {
             for cell in 0..chart.cells() {
                 let patch = &mut self.patches[chart.first as usize + cell];
                 patch.albedo = rectangle.albedo;
-                patch.spots = vec![Spot {
+                patch.spots = vec![Origin {
                     point: chart.middle(cell) + rectangle.normal * LIFT,
                     normal: rectangle.normal,
                 }];
@@ -150,7 +147,7 @@ impl Atlas {
     /// Planes larger than a patch get a chart; small triangles that face the same way are taken together.
     fn divide_bodies(&mut self, stage: &Stage<'_>) {
         let area: f64 = (0..stage.facets.len()).map(|t| stage.area(t)).sum();
-        let cell = (area / BODY_PATCHES).sqrt().clamp(BODY_PATCH[0], BODY_PATCH[1]);
+        let cell = (area / BODY_PATCHES).sqrt().max(LEAST_PATCH);
         let mut groups = Groups::default();
         for triangles in planes(stage) {
             let (origin, axes, size) = frame(stage, &triangles);
@@ -160,7 +157,9 @@ impl Atlas {
                 }
                 continue;
             }
-            let division = self.add_chart(origin, axes, cell, size);
+            let filled = triangles.iter().map(|&t| stage.area(t)).sum::<f64>() / (cell * cell);
+            let coarse = coarsened(cell, size, SPARSE * (filled + 1.0));
+            let division = self.add_chart(origin, axes, coarse, size);
             for &triangle in &triangles {
                 self.divisions[triangle] = division;
                 self.add_spots(stage, triangle);
@@ -184,12 +183,21 @@ impl Atlas {
                 if patch.spots.len() < SPOTS && chart.cell(&nearest) == cell {
                     let point = nearest + (middle - nearest) * INWARDS + facet.normal * LIFT;
                     let normal = facet.normal;
-                    patch.spots.push(Spot { point, normal });
+                    patch.spots.push(Origin { point, normal });
                     patch.albedo = mean_albedo(stage, facet.body);
                 }
             }
         }
     }
+}
+
+/// A side of cells of which no more than `most` cover a rectangle.
+fn coarsened(mut cell: f64, size: [f64; 2], most: f64) -> f64 {
+    let count = |cell: f64| size.map(|side| (side / cell).ceil().max(1.0)).iter().product::<f64>();
+    while count(cell) > most.max(1.0) {
+        cell *= 1.5;
+    }
+    cell
 }
 
 /// First and last column and row of the cells around a triangle.
@@ -257,8 +265,8 @@ impl Groups {
     fn add(&mut self, patches: &mut Vec<Patch>, stage: &Stage<'_>, triangle: usize, cell: f64) -> Division {
         let facet = &stage.facets[triangle];
         let corner = stage.mesh.corners(triangle)[0];
-        let place = [corner.x, corner.y, corner.z].map(|x| (x / cell).floor() as i64);
-        let facing = [facet.normal.x, facet.normal.y, facet.normal.z].map(|n| (n * 1.5).round() as i64);
+        let place = [corner.x, corner.y, corner.z].map(|x| (x / (COARSE * cell)).floor() as i64);
+        let facing = [facet.normal.x, facet.normal.y, facet.normal.z].map(|n| n.round() as i64);
         let group = *self.known.entry((facet.body, place, facing)).or_insert_with(|| {
             patches.push(Patch {
                 spots: Vec::new(),
@@ -282,11 +290,11 @@ impl Groups {
     }
 }
 
-fn middle(stage: &Stage<'_>, triangle: usize) -> Spot {
+fn middle(stage: &Stage<'_>, triangle: usize) -> Origin {
     let normal = stage.facets[triangle].normal;
     let [a, b, c] = stage.mesh.corners(triangle);
     let point = Point3::from((a.coords + b.coords + c.coords) / 3.0) + normal * LIFT;
-    Spot { point, normal }
+    Origin { point, normal }
 }
 
 /// The point of a triangle that is nearest to one in its plane.

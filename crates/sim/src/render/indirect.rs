@@ -22,9 +22,9 @@ const FINEST: usize = 2;
 /// Side of the buckets in which records are found, in coarsest steps.
 const BUCKET: usize = 2;
 /// A record is used up to this error, in Ward's measure.
-const REACH: f64 = 0.35;
+const REACH: f64 = 0.2;
 /// A record's surroundings are taken as at least and at most this many pixels away.
-const RADIUS_PX: [f64; 2] = [8.0, 100.0];
+const RADIUS_PX: [f64; 2] = [4.0, 100.0];
 /// Light along the surface itself counts as if it came from this cosine, or single rays would rule a record.
 const LEAST_COSINE: f64 = 0.08;
 

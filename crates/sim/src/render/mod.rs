@@ -3,8 +3,10 @@
 //! The light of a panel is exact where the whole panel is seen (Lambert's polygon formula, cut at the surface's own
 //! horizon); rays find how much of it is hidden. The same seed gives the same image on any number of threads.
 
+mod block;
 mod chart;
 mod direct;
+mod group;
 mod indirect;
 mod polygon;
 mod primary;

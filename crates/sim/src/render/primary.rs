@@ -8,7 +8,7 @@ use super::stage::{NOTHING, Place, Stage};
 use crate::scene::View;
 
 /// Normals of neighbouring pixels on a smooth surface differ by less than this cosine.
-const SMOOTH_COSINE: f64 = 0.94;
+const SMOOTH_COSINE: f64 = 0.87;
 /// A neighbour's depth on the same surface differs by less than this many pixels' width.
 const SMOOTH_STEP_PX: f64 = 4.0;
 
@@ -100,6 +100,11 @@ impl<'a> Primary<'a> {
             NOTHING => NOTHING,
             surface => self.stage.plane(surface),
         }
+    }
+
+    /// The body a pixel's middle sees.
+    pub(super) fn body(&self, x: usize, y: usize) -> Option<usize> {
+        self.stage.body(self.samples[y * self.width + x].surface)
     }
 
     /// Metres along the optical axis; NaN where nothing is seen.

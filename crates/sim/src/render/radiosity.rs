@@ -10,8 +10,8 @@ use geometry::Ray;
 use geometry::nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::chart::{Atlas, Patch as Piece, Spot};
-use super::direct::{Patch, ShadowRays, direct_light};
+use super::chart::{Atlas, Patch as Piece};
+use super::direct::{Origin, Patch, ShadowRays, direct_light};
 use super::random::{evenly, hash, unit};
 use super::shade::{AMBIENT, CHANNELS};
 use super::stage::Stage;
@@ -19,12 +19,17 @@ use super::stage::Stage;
 /// One number per channel: radiant exitance, π times the radiance of a Lambertian surface.
 pub(super) type Exitance = [f32; CHANNELS];
 
-/// Rays with which a patch looks around.
-const RAYS: usize = 64;
+/// Rays with which a patch looks around: so many for all patches together, between these for each.
+const RAYS_OF_ALL: usize = 1_000_000;
+const RAYS: [usize; 2] = [16, 64];
 /// Times that light goes from patch to patch. The brightest surfaces reflect 85 % of what is mostly absorbed elsewhere.
 const BOUNCES: usize = 5;
 /// Rays that look for the shadow of a panel on a patch.
-const SHADOW_RAYS: ShadowRays = ShadowRays { few: 6, many: 18 };
+const SHADOW_RAYS: ShadowRays = ShadowRays {
+    rim: 0,
+    few: 6,
+    many: 18,
+};
 /// A ray that ended on nothing: it sees the ambient light.
 const OPEN: u32 = u32::MAX;
 /// A ray that ended on something black.
@@ -50,9 +55,10 @@ impl Radiosity {
         let mut open = [0.0; CHANNELS];
         open[AMBIENT] = (PI * stage.scene.ambient_radiance) as f32;
         let direct: Vec<Exitance> = atlas.patches.par_iter().map(|patch| direct(stage, patch)).collect();
+        let rays = (RAYS_OF_ALL / atlas.patches.len().max(1)).clamp(RAYS[0], RAYS[1]);
         let numbered = atlas.patches.par_iter().enumerate();
         let seen: Vec<Vec<u32>> = numbered
-            .map(|(index, patch)| look_around(stage, &atlas, patch, hash(seed, &[index as u64])))
+            .map(|(index, patch)| look_around(stage, &atlas, patch, rays, hash(seed, &[index as u64])))
             .collect();
         let mut exitance = reflect(&atlas, &direct);
         for _ in 0..BOUNCES {
@@ -84,9 +90,8 @@ fn direct(stage: &Stage<'_>, piece: &Piece) -> Exitance {
     let mut sum = [0.0; CHANNELS];
     for spot in &piece.spots {
         let patch = Patch {
-            point: spot.point,
-            normal: spot.normal,
-            origins: &[spot.point],
+            facings: &[spot.facing()],
+            origins: &[*spot],
             shift: [0.5; 2],
         };
         let light = direct_light(stage, &patch, SHADOW_RAYS);
@@ -98,20 +103,20 @@ fn direct(stage: &Stage<'_>, piece: &Piece) -> Exitance {
 }
 
 /// The patches that a patch sees, by rays that are as dense as the cosine of their angle.
-fn look_around(stage: &Stage<'_>, atlas: &Atlas, piece: &Piece, turn: u64) -> Vec<u32> {
+fn look_around(stage: &Stage<'_>, atlas: &Atlas, piece: &Piece, rays: usize, turn: u64) -> Vec<u32> {
     if piece.spots.is_empty() {
         return Vec::new();
     }
     let shift = [unit(turn), unit(hash(turn, &[]))];
     let look = |index: usize| {
-        let Spot { point, normal } = piece.spots[index % piece.spots.len()];
+        let Origin { point, normal } = piece.spots[index % piece.spots.len()];
         let ray = cosine_ray(&point, &normal, evenly(index, shift));
         match stage.closest(&ray) {
             None => OPEN,
             Some(place) => atlas.patch(&place).unwrap_or(BLACK),
         }
     };
-    (0..RAYS).map(look).collect()
+    (0..rays).map(look).collect()
 }
 
 fn arriving(seen: &[u32], direct: &Exitance, exitance: &[Exitance], open: &Exitance) -> Exitance {
