@@ -23,6 +23,7 @@ mod distortion;
 mod error;
 mod mesh;
 mod ray;
+mod rectangle;
 mod rigid_transform;
 
 pub use bvh::TriangleBvh;
@@ -32,4 +33,5 @@ pub use error::GeometryError;
 pub use mesh::TriangleMesh;
 pub use nalgebra;
 pub use ray::{Hit, Ray};
+pub use rectangle::Rectangle;
 pub use rigid_transform::RigidTransform;
