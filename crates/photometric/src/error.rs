@@ -71,4 +71,18 @@ pub enum PhotometricError {
         /// The range in words.
         allowed: &'static str,
     },
+    /// Images of one capture must fit each other and their camera.
+    #[error("{what} are {width} x {height}, expected {expected_width} x {expected_height}")]
+    OtherSize {
+        /// What was given.
+        what: &'static str,
+        /// Columns given.
+        width: usize,
+        /// Rows given.
+        height: usize,
+        /// Columns expected.
+        expected_width: usize,
+        /// Rows expected.
+        expected_height: usize,
+    },
 }

@@ -30,12 +30,18 @@ mod exposure_control;
 mod least_squares;
 mod light_health;
 mod light_matrix;
+mod light_rig;
 mod nominal_rig;
 mod row_solver;
+mod sensor_noise;
+mod view;
 
 pub use directional_light::DirectionalLight;
 pub use error::PhotometricError;
 pub use exposure_control::{Brightness, ExposureAdvice};
 pub use least_squares::{LeastSquaresOptions, NormalMapResult, PixelCounts, least_squares_normals};
 pub use light_health::{LightLimits, LightMeasurement, PanelHealth, PanelMeasurement, PanelVerdict};
+pub use light_rig::{Bounce, LightRig, PanelModel};
 pub use nominal_rig::{PanelLight, nominal_panels};
+pub use sensor_noise::SensorNoise;
+pub use view::{PixelRays, View};

@@ -15,6 +15,8 @@ const RING_RADIUS: f64 = 0.50;
 const RING_HEIGHT: f64 = 0.15;
 /// Height of the overhead panel, metres.
 const OVERHEAD_HEIGHT: f64 = 0.90;
+/// Long and short side of every panel, metres.
+pub(crate) const PANEL_SIZE: [f64; 2] = [0.25, 0.1];
 const RING_PANELS: u8 = 6;
 const FIRST_AZIMUTH_DEGREES: f64 = 30.0;
 const AZIMUTH_STEP_DEGREES: f64 = 60.0;
