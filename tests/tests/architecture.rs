@@ -14,6 +14,7 @@ enum Layer {
     Devices,
     Driver,
     Recording,
+    Scenes,
     InterfaceGenerator,
     Interfaces,
     Ros,
@@ -24,8 +25,8 @@ enum Layer {
 }
 
 use Layer::{
-    Algorithm, Binary, Devices, Driver, InterfaceGenerator, Interfaces, Node, Protocol, Recording, Ros, Simulator,
-    Tests,
+    Algorithm, Binary, Devices, Driver, InterfaceGenerator, Interfaces, Node, Protocol, Recording, Ros, Scenes,
+    Simulator, Tests,
 };
 
 /// Every crate has a layer; one that is missing here fails the test.
@@ -37,6 +38,7 @@ fn layer(name: &str) -> Option<Layer> {
         "devices" => Devices,
         "light_serial" | "camera_aravis" | "xarm_tcp" => Driver,
         "recording" => Recording,
+        "rig_scenes" => Scenes,
         "interface_generator" => InterfaceGenerator,
         "interfaces" => Interfaces,
         "ros" => Ros,
@@ -59,19 +61,22 @@ fn layer(name: &str) -> Option<Layer> {
 fn allowed(from: Layer) -> &'static [Layer] {
     match from {
         Protocol | Recording | InterfaceGenerator => &[],
-        Algorithm | Devices => &[Algorithm],
+        Algorithm | Devices | Scenes => &[Algorithm],
         Driver => &[Algorithm, Protocol, Devices],
         Interfaces => &[InterfaceGenerator],
         Ros => &[Algorithm, Interfaces],
         Node => &[Algorithm, Devices, Driver, Recording, Interfaces, Ros],
         Simulator => &[Algorithm, Protocol],
-        Binary => &[Algorithm, Devices, Driver, Recording, Interfaces, Ros, Node, Simulator],
+        Binary => &[
+            Algorithm, Devices, Driver, Recording, Scenes, Interfaces, Ros, Node, Simulator,
+        ],
         Tests => &[
             Algorithm,
             Protocol,
             Devices,
             Driver,
             Recording,
+            Scenes,
             InterfaceGenerator,
             Interfaces,
             Ros,
