@@ -34,6 +34,7 @@ mod light_rig;
 mod nominal_rig;
 mod row_solver;
 mod sensor_noise;
+mod solution;
 mod view;
 
 pub use directional_light::DirectionalLight;
@@ -44,4 +45,5 @@ pub use light_health::{LightLimits, LightMeasurement, PanelHealth, PanelMeasurem
 pub use light_rig::{Bounce, LightRig, PanelModel};
 pub use nominal_rig::{PanelLight, nominal_panels};
 pub use sensor_noise::SensorNoise;
+pub use solution::{Capture, NormalSolution};
 pub use view::{PixelRays, View};
