@@ -1,0 +1,11 @@
+//! Normals under panels near the work.
+
+mod candidates;
+mod coupling;
+mod gain;
+mod light_field;
+mod pixel;
+mod samples;
+mod solve;
+
+pub use solve::{NearFieldOptions, near_field_normals};

@@ -1,0 +1,110 @@
+//! A capture's pixels as the solver wants them.
+
+use glam::{Mat3, Vec3};
+use imaging::Image;
+
+use super::light_field::{LightAt, LightField, MAX_PANELS, to_glam};
+use super::pixel::Pixel;
+use crate::error::PhotometricError;
+use crate::solution::Capture;
+
+/// Where a surface is taken to be before its depth is known: metres over the table, half of a usual object.
+pub(crate) const USUAL_HEIGHT: f32 = 0.015;
+
+/// Reads pixels of a capture.
+pub(crate) struct Samples<'a> {
+    capture: &'a Capture<'a>,
+    field: LightField,
+    images: Vec<&'a Image<u16>>,
+    bounce: [(f32, Vec3); MAX_PANELS],
+    depth: Option<&'a Image<f32>>,
+    rotation: Mat3,
+    centre: Vec3,
+}
+
+impl<'a> Samples<'a> {
+    pub(crate) fn new(capture: &'a Capture<'a>, depth: Option<&'a Image<f32>>) -> Result<Self, PhotometricError> {
+        let panels = capture.rig.panels();
+        if panels.len() > MAX_PANELS {
+            return Err(PhotometricError::OutOfRange {
+                what: "number of panels",
+                value: panels.len() as f64,
+                allowed: "3 to 8",
+            });
+        }
+        let image = |channel: u8| {
+            let present = || capture.stack.channels().collect();
+            capture.stack.light(channel).ok_or_else(|| PhotometricError::NoImage {
+                channel,
+                present: present(),
+            })
+        };
+        let images = capture.rig.channels().into_iter().map(image).collect::<Result<_, _>>()?;
+        let mut bounce = [(0.0, Vec3::ZERO); MAX_PANELS];
+        for (slot, panel) in bounce.iter_mut().zip(panels) {
+            *slot = (panel.bounce.constant as f32, to_glam(&panel.bounce.linear));
+        }
+        let rotation = capture.view.rotation();
+        let column = |index: usize| to_glam(&rotation.column(index).into_owned());
+        Ok(Self {
+            capture,
+            field: LightField::new(capture),
+            images,
+            bounce,
+            depth,
+            rotation: Mat3::from_cols(column(0), column(1), column(2)),
+            centre: to_glam(&capture.view.centre().coords),
+        })
+    }
+
+    pub(crate) fn width(&self) -> usize {
+        self.capture.stack.width()
+    }
+
+    /// A pixel, its samples in units of `gain`; none where the lens gives no ray.
+    pub(crate) fn pixel(&self, index: usize, gain: f32) -> Option<Pixel> {
+        let (x, y) = (index % self.width(), index / self.width());
+        let [right, down] = self.capture.rays.ideal().pixels()[index];
+        if right.is_nan() {
+            return None;
+        }
+        let ray = self.rotation * Vec3::new(right, down, 1.0);
+        let height = self.height(index, ray);
+        let mut pixel = Pixel {
+            count: self.images.len(),
+            signal: [f32::NAN; MAX_PANELS],
+            variance: [1.0; MAX_PANELS],
+            lights: [LightAt::default(); MAX_PANELS],
+            bounce: self.bounce,
+            to_camera: -ray.normalize(),
+            brightest: 0.0,
+        };
+        self.field.at(x, y, height, &mut pixel.lights);
+        self.read(index, gain, &mut pixel);
+        Some(pixel)
+    }
+
+    fn height(&self, index: usize, ray: Vec3) -> f32 {
+        let depth = self.depth.map_or(f32::NAN, |depth| depth.pixels()[index]);
+        if depth.is_nan() {
+            USUAL_HEIGHT
+        } else {
+            (self.centre.z + ray.z * depth).max(-0.02)
+        }
+    }
+
+    fn read(&self, index: usize, gain: f32, pixel: &mut Pixel) {
+        let dark = self.capture.stack.dark().pixels()[index];
+        let saturation = self.capture.stack.saturation();
+        for (light, image) in self.images.iter().enumerate() {
+            let raw = image.pixels()[index];
+            let variance = self.capture.noise.difference_variance(f32::from(raw), f32::from(dark));
+            pixel.variance[light] = variance / (gain * gain);
+            if raw < saturation {
+                let signal = (f32::from(raw) - f32::from(dark)) / gain;
+                pixel.signal[light] = signal;
+                pixel.brightest = pixel.brightest.max(signal);
+            }
+        }
+    }
+}
