@@ -8,7 +8,7 @@ use std::time::Instant;
 use geometry::Rectangle;
 use geometry::nalgebra::{Unit, Vector3};
 use photometric::{
-    Bounce, Capture, LightRig, NearFieldOptions, PanelModel, PixelRays, SensorNoise, near_field_normals,
+    Bounce, CalibrationOptions, Capture, LightRig, NearFieldOptions, PanelModel, PixelRays, SensorNoise, TargetView, calibrate_lights, near_field_normals,
 };
 use rig_scenes::{SceneFolder, find_scenes};
 
@@ -34,12 +34,47 @@ fn true_rig(folder: &Path) -> LightRig {
     LightRig::new(panels.collect()).expect("a rig")
 }
 
+fn calibrated(folder: &Path) -> LightRig {
+    let scenes: Vec<SceneFolder> = find_scenes(folder).expect("scenes").iter().map(|path| SceneFolder::open(path).expect("a scene")).collect();
+    let captures: Vec<_> = scenes.iter().flat_map(|scene| scene.views().expect("views").into_iter().map(|view| (scene.name(), PixelRays::new(&view.view.camera), view))).collect();
+    let views: Vec<TargetView<'_>> = captures.iter().map(|(name, rays, view)| TargetView { placement: name, camera: &view.camera, stack: &view.stack, view: &view.view, rays }).collect();
+    let started = Instant::now();
+    let calibration = calibrate_lights(&views, &CalibrationOptions::RIG).expect("calibrated");
+    println!("calibrated in {:.1} s: {:?}", started.elapsed().as_secs_f64(), calibration.failure);
+    for (report, scene) in calibration.placements.iter().zip(&scenes) { println!("{report:?} {:?}", scene.hemisphere().map(|target| target.centre)); }
+    for report in &calibration.lights { println!("{report:?}"); }
+    for panel in calibration.rig.panels() { println!("{:?} {:?} {:.3} {:?}", panel.rectangle.centre, panel.rectangle.facing, panel.radiance, panel.bounce); }
+    judge(&calibration.rig, &true_rig(&folder.join("hemi00")));
+    calibration.rig
+}
+
+/// Predicted irradiance against the true panels', one common factor removed.
+fn judge(rig: &LightRig, truth: &LightRig) {
+    let mut ratios = Vec::new();
+    for x in 0..5 { for y in 0..7 { for z in 0..3 { for n in 0..7 {
+        let point = geometry::nalgebra::Point3::new(0.25 + 0.09 * f64::from(x), -0.27 + 0.09 * f64::from(y), 0.03 * f64::from(z));
+        let tilt: f64 = if n == 0 { 0.0 } else { 0.9 };
+        let around = f64::from(n) * std::f64::consts::FRAC_PI_3;
+        let normal = Vector3::new(tilt.sin() * around.cos(), tilt.sin() * around.sin(), tilt.cos());
+        for (a, b) in rig.panels().iter().zip(truth.panels()) {
+            let (a, b) = (a.direct(&point, &normal), b.direct(&point, &normal));
+            if b > 0.005 { ratios.push((a / b).ln()); }
+        }
+    }}}}
+    ratios.sort_by(f64::total_cmp);
+    let middle = ratios[ratios.len() / 2];
+    let mut off: Vec<f64> = ratios.iter().map(|r| (r - middle).abs()).collect();
+    off.sort_by(f64::total_cmp);
+    println!("irradiance against truth: median {:.2} %, p95 {:.2} %", 100.0 * off[off.len() / 2], 100.0 * off[off.len() * 95 / 100]);
+}
+
 fn main() {
     let folder = std::env::args().nth(1).expect("a folder of scenes");
+    let fitted = calibrated(&Path::new(&folder).join("../calibration"));
     let diagnosis = std::env::args().nth(2).is_some_and(|word| word == "true");
     for path in find_scenes(Path::new(&folder)).expect("scenes") {
         let scene = SceneFolder::open(&path).expect("a scene");
-        let rig = if diagnosis { true_rig(&path) } else { LightRig::nominal() };
+        let rig = if diagnosis { true_rig(&path) } else { fitted.clone() };
         for view in scene.views().expect("views") {
             let Some(truth) = &view.truth else { continue };
             let rays = PixelRays::new(&view.view.camera);

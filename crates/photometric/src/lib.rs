@@ -24,6 +24,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod calibration;
 mod directional_light;
 mod error;
 mod exposure_control;
@@ -38,6 +39,9 @@ mod sensor_noise;
 mod solution;
 mod view;
 
+pub use calibration::{
+    CalibrationOptions, LightCalibration, LightReport, PlacementReport, TargetView, calibrate_lights,
+};
 pub use directional_light::DirectionalLight;
 pub use error::PhotometricError;
 pub use exposure_control::{Brightness, ExposureAdvice};
