@@ -8,7 +8,7 @@ use std::time::Instant;
 use geometry::Rectangle;
 use geometry::nalgebra::{Unit, Vector3};
 use photometric::{
-    Bounce, CalibrationOptions, Capture, LightRig, NearFieldOptions, PanelModel, PixelRays, SensorNoise, TargetView, calibrate_lights, near_field_normals,
+    Bounce, CalibrationOptions, Capture, LightRig, NearFieldOptions, PanelModel, PixelRays, SensorNoise, TargetView, calibrate_lights, near_field_normals, object_mask, ObjectMaskOptions,
 };
 use rig_scenes::{SceneFolder, find_scenes};
 
@@ -80,7 +80,11 @@ fn main() {
             let rays = PixelRays::new(&view.view.camera);
             let capture = Capture { stack: &view.stack, view: &view.view, rays: &rays, rig: &rig, noise: SensorNoise::RIG };
             let started = Instant::now();
-            let solution = near_field_normals(&capture, &view.mask, None, &NearFieldOptions::default()).expect("solved");
+            let mask = object_mask(&capture, &ObjectMaskOptions::default()).expect("mask");
+            let mask_seconds = started.elapsed().as_secs_f64();
+            let missed = mask.as_image().pixels().iter().zip(view.mask.as_image().pixels()).filter(|(a, b)| **a == 0 && **b != 0).count();
+            println!("  mask {:.3} s: {} of {}, missed {}", mask_seconds, mask.count(), view.mask.count(), missed);
+            let solution = near_field_normals(&capture, &mask, None, &NearFieldOptions::default()).expect("solved");
             let seconds = started.elapsed().as_secs_f64();
             let mut by_used = [(0.0_f64, 0_usize); 9];
             let mut errors = Vec::new();

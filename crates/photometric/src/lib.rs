@@ -34,6 +34,7 @@ mod light_matrix;
 mod light_rig;
 mod near_field;
 mod nominal_rig;
+mod object_mask;
 mod row_solver;
 mod sensor_noise;
 mod solution;
@@ -50,6 +51,7 @@ pub use light_health::{LightLimits, LightMeasurement, PanelHealth, PanelMeasurem
 pub use light_rig::{Bounce, LightRig, PanelModel};
 pub use near_field::{NearFieldOptions, near_field_normals};
 pub use nominal_rig::{PanelLight, nominal_panels};
+pub use object_mask::{ObjectMaskOptions, object_mask};
 pub use sensor_noise::SensorNoise;
 pub use solution::{Capture, NormalSolution};
 pub use view::{PixelRays, View};

@@ -8,6 +8,8 @@ use super::light_field::{LightAt, MAX_PANELS};
 const MODEL_ERROR: f32 = 0.015;
 /// Light bounced by the object itself is taken to be up to some of this share of the pixel's brightest sample.
 const BOUNCE_SHARE: f32 = 0.03;
+/// From so many sigmas on more light than predicted is taken for bounced light (the scale of Cauchy's function).
+const BOUNCE_TAIL: f32 = 3.0;
 /// What it costs to call a light blocked, in units of half a squared sigma.
 const SHADOW_COST: f32 = 6.0;
 /// A surface seen in the image faces the camera.
@@ -87,13 +89,9 @@ impl Pixel {
         }
         // More light than predicted comes from neighbouring surfaces: rare when large, so its tail is long.
         let bounced = BOUNCE_SHARE * self.brightest;
-        let variance = variance + bounced * bounced;
-        let sigmas = misfit / variance.sqrt();
-        let (cost, weight) = if sigmas <= 1.0 {
-            (0.5 * sigmas * sigmas, 1.0 / variance)
-        } else {
-            (sigmas - 0.5, 1.0 / (variance * sigmas))
-        };
+        let square = misfit * misfit / variance;
+        let tail = 1.0 + square / (BOUNCE_TAIL * BOUNCE_TAIL);
+        let (cost, weight) = (0.5 * BOUNCE_TAIL * BOUNCE_TAIL * tail.ln(), 1.0 / (variance * tail));
         Term {
             cost,
             weight,
