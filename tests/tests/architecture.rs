@@ -14,7 +14,7 @@ enum Layer {
     Devices,
     Driver,
     Recording,
-    Scenes,
+    Files,
     InterfaceGenerator,
     Interfaces,
     Ros,
@@ -25,7 +25,7 @@ enum Layer {
 }
 
 use Layer::{
-    Algorithm, Binary, Devices, Driver, InterfaceGenerator, Interfaces, Node, Protocol, Recording, Ros, Scenes,
+    Algorithm, Binary, Devices, Driver, Files, InterfaceGenerator, Interfaces, Node, Protocol, Recording, Ros,
     Simulator, Tests,
 };
 
@@ -38,7 +38,7 @@ fn layer(name: &str) -> Option<Layer> {
         "devices" => Devices,
         "light_serial" | "camera_aravis" | "xarm_tcp" => Driver,
         "recording" => Recording,
-        "rig_scenes" => Scenes,
+        "rig_scenes" | "calibration_files" => Files,
         "interface_generator" => InterfaceGenerator,
         "interfaces" => Interfaces,
         "ros" => Ros,
@@ -61,14 +61,14 @@ fn layer(name: &str) -> Option<Layer> {
 fn allowed(from: Layer) -> &'static [Layer] {
     match from {
         Protocol | Recording | InterfaceGenerator => &[],
-        Algorithm | Devices | Scenes => &[Algorithm],
+        Algorithm | Devices | Files => &[Algorithm],
         Driver => &[Algorithm, Protocol, Devices],
         Interfaces => &[InterfaceGenerator],
         Ros => &[Algorithm, Interfaces],
-        Node => &[Algorithm, Devices, Driver, Recording, Interfaces, Ros],
+        Node => &[Algorithm, Devices, Driver, Recording, Files, Interfaces, Ros],
         Simulator => &[Algorithm, Protocol],
         Binary => &[
-            Algorithm, Devices, Driver, Recording, Scenes, Interfaces, Ros, Node, Simulator,
+            Algorithm, Devices, Driver, Recording, Files, Interfaces, Ros, Node, Simulator,
         ],
         Tests => &[
             Algorithm,
@@ -76,7 +76,7 @@ fn allowed(from: Layer) -> &'static [Layer] {
             Devices,
             Driver,
             Recording,
-            Scenes,
+            Files,
             InterfaceGenerator,
             Interfaces,
             Ros,

@@ -121,7 +121,10 @@ pub fn calibrate_lights(
     let samples = samples::collect(views, &placements, &start, options)?;
     let mut fitted = fit::fit(&samples, start);
     judge(&mut placements, views, &fitted, &samples);
-    if placements.iter().any(|placement| placement.dropped.is_some() && placement.centre.is_some()) {
+    if placements
+        .iter()
+        .any(|placement| placement.dropped.is_some() && placement.centre.is_some())
+    {
         let kept: Vec<TargetSample> = samples
             .into_iter()
             .filter(|sample| placement_of(&placements, views, sample).dropped.is_none())
@@ -145,12 +148,7 @@ fn placement_of<'a>(
 }
 
 /// Says of each placement how well it fits and drops those that are far worse than the rest.
-fn judge(
-    placements: &mut [PlacementReport],
-    views: &[TargetView<'_>],
-    fitted: &fit::Fitted,
-    samples: &[TargetSample],
-) {
+fn judge(placements: &mut [PlacementReport], views: &[TargetView<'_>], fitted: &fit::Fitted, samples: &[TargetSample]) {
     let median_of = |name: &str| {
         let own: Vec<f64> = samples
             .par_iter()
@@ -162,7 +160,13 @@ fn judge(
     for placement in placements.iter_mut().filter(|placement| placement.centre.is_some()) {
         placement.median_sigmas = median_of(&placement.placement);
     }
-    let usual = median(placements.iter().filter_map(|placement| placement.median_sigmas).collect()).unwrap_or(1.0);
+    let usual = median(
+        placements
+            .iter()
+            .filter_map(|placement| placement.median_sigmas)
+            .collect(),
+    )
+    .unwrap_or(1.0);
     let limit = WORSE * usual.max(1.0);
     for placement in placements.iter_mut() {
         if let Some(sigmas) = placement.median_sigmas.filter(|sigmas| *sigmas > limit) {
@@ -173,13 +177,12 @@ fn judge(
     }
 }
 
-fn finish(
-    fitted: fit::Fitted,
-    samples: &[TargetSample],
-    placements: Vec<PlacementReport>,
-) -> LightCalibration {
+fn finish(fitted: fit::Fitted, samples: &[TargetSample], placements: Vec<PlacementReport>) -> LightCalibration {
     let lights = fitted.light_reports(samples);
-    let used = placements.iter().filter(|placement| placement.dropped.is_none()).count();
+    let used = placements
+        .iter()
+        .filter(|placement| placement.dropped.is_none())
+        .count();
     let bad = lights.iter().find(|light| light.rms_share > LARGEST_RMS_SHARE);
     let failure = match bad {
         _ if used < LEAST_PLACEMENTS => Some(format!(

@@ -38,7 +38,9 @@ pub(super) fn collect(
 ) -> Result<Vec<TargetSample>, PhotometricError> {
     let mut samples = Vec::new();
     for (position, view) in views.iter().enumerate() {
-        let found = placements.iter().find(|placement| placement.placement == view.placement);
+        let found = placements
+            .iter()
+            .find(|placement| placement.placement == view.placement);
         let Some([x, y]) = found.and_then(|placement| placement.centre) else {
             continue;
         };

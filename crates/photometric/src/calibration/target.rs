@@ -58,7 +58,9 @@ fn locate_one(name: &str, views: &[&TargetView<'_>], options: &CalibrationOption
 fn brightest(view: &TargetView<'_>, index: usize) -> u16 {
     let dark = view.stack.dark().pixels()[index];
     let lit = view.stack.channels().filter_map(|channel| view.stack.light(channel));
-    lit.map(|image| image.pixels()[index].saturating_sub(dark)).max().unwrap_or(0)
+    lit.map(|image| image.pixels()[index].saturating_sub(dark))
+        .max()
+        .unwrap_or(0)
 }
 
 fn grid(view: &TargetView<'_>) -> impl Iterator<Item = (usize, Vector2<f64>)> {
@@ -79,12 +81,17 @@ struct BrightPixels {
 
 impl BrightPixels {
     fn of(view: &TargetView<'_>) -> Option<Self> {
-        let values: Vec<(u16, usize, Vector2<f64>)> =
-            grid(view).map(|(index, at)| (brightest(view, index), index, at)).collect();
+        let values: Vec<(u16, usize, Vector2<f64>)> = grid(view)
+            .map(|(index, at)| (brightest(view, index), index, at))
+            .collect();
         let mut sorted: Vec<u16> = values.iter().map(|(value, ..)| *value).collect();
         let high = sorted.len() - 1 - (LEAST_PIXELS / (STRIDE * STRIDE)).min(sorted.len() - 1);
         let bright = f64::from(*sorted.select_nth_unstable(high).1);
-        let above = |share: f64| values.iter().filter(move |(value, ..)| f64::from(*value) > share * bright);
+        let above = |share: f64| {
+            values
+                .iter()
+                .filter(move |(value, ..)| f64::from(*value) > share * bright)
+        };
         Some(Self {
             guess: centroid(above(GUESS_SHARE).map(|(.., at)| *at))?,
             pixels: above(BRIGHT_SHARE).map(|&(_, index, at)| (index, at)).collect(),
@@ -104,7 +111,12 @@ fn centroid(points: impl Iterator<Item = Vector2<f64>>) -> Option<Vector2<f64>> 
 }
 
 /// Where the ray of a pixel first meets the hemisphere, and the normal there; base frame.
-pub(super) fn hit(view: &TargetView<'_>, index: usize, centre: &Point3<f64>, radius: f64) -> Option<(Point3<f64>, Vector3<f64>)> {
+pub(super) fn hit(
+    view: &TargetView<'_>,
+    index: usize,
+    centre: &Point3<f64>,
+    radius: f64,
+) -> Option<(Point3<f64>, Vector3<f64>)> {
     let ideal = view.rays.ideal().pixels()[index];
     let ray = Vector3::new(f64::from(ideal[0]), f64::from(ideal[1]), 1.0);
     let direction = view.view.base_from_camera.transform_direction(&ray).normalize();
@@ -120,7 +132,11 @@ pub(super) fn hit(view: &TargetView<'_>, index: usize, centre: &Point3<f64>, rad
 /// Newton's method on the centroids of the bright pixels against those of the sphere as it would be seen.
 fn fit_centre(views: &[&TargetView<'_>], bright: &[BrightPixels], radius: f64) -> Result<Point3<f64>, String> {
     let seen = |view: &TargetView<'_>, centre: &Point3<f64>| {
-        centroid(grid(view).filter(|(index, _)| hit(view, *index, centre, radius).is_some()).map(|(_, at)| at))
+        centroid(
+            grid(view)
+                .filter(|(index, _)| hit(view, *index, centre, radius).is_some())
+                .map(|(_, at)| at),
+        )
     };
     let lost = || "the target leaves the image".to_owned();
     let mut centre = first_guess(views[0], &bright[0].guess, radius);

@@ -1,7 +1,7 @@
 //! Neighbours help where a pixel's own samples say little.
 //!
 //! Every pixel keeps its own normal as firmly as its samples hold it (an inverse covariance) and is drawn towards its
-//! neighbours, less the more they differ (Perona and Malik 1990, with the weight of Geman and McClure 1985), so that
+//! neighbours, less the more they differ (Perona and Malik 1990, with the weight of Geman and `McClure` 1985), so that
 //! folds stay folds.
 
 use glam::{Mat3, Vec3};
@@ -50,5 +50,8 @@ pub(crate) fn neighbours(index: usize, width: usize, slot: &[u32]) -> impl Itera
         (index + width < slot.len()).then_some(index + width),
     ];
     let slots = around.map(|neighbour| neighbour.map_or(u32::MAX, |index| slot[index]));
-    slots.into_iter().filter(|&slot| slot != u32::MAX).map(|slot| slot as usize)
+    slots
+        .into_iter()
+        .filter(|&slot| slot != u32::MAX)
+        .map(|slot| slot as usize)
 }

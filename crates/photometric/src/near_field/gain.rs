@@ -54,7 +54,11 @@ fn mode(logs: &[f32], lowest: f32) -> f32 {
     };
     let best = (0..CLASSES).max_by_key(|&class| smoothed(class)).unwrap_or(0);
     let middle = lowest + (best as f32 + 0.5) * CLASS;
-    let near: Vec<f32> = logs.iter().copied().filter(|log| (log - middle).abs() < 1.5 * CLASS).collect();
+    let near: Vec<f32> = logs
+        .iter()
+        .copied()
+        .filter(|log| (log - middle).abs() < 1.5 * CLASS)
+        .collect();
     near.get(near.len() / 2).copied().unwrap_or(middle)
 }
 

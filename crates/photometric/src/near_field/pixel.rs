@@ -188,12 +188,12 @@ impl Pixel {
 /// The tangential part of the normal equations with the albedo eliminated, as a 3 x 3 matrix in base axes.
 fn on_sphere(matrix: Mat3, normal: Vec3) -> Mat3 {
     let (tangent, across) = tangents(normal);
-    let c = matrix.z_axis.z.max(1e-6);
-    let (x, y) = (matrix.z_axis.x, matrix.z_axis.y);
-    let a = matrix.x_axis.x - x * x / c;
-    let b = matrix.x_axis.y - x * y / c;
-    let d = matrix.y_axis.y - y * y / c;
-    outer(tangent, tangent * a + across * b) + outer(across, tangent * b + across * d)
+    let to_albedo = matrix.z_axis;
+    let firmness = to_albedo.z.max(1e-6);
+    let along = matrix.x_axis.x - to_albedo.x * to_albedo.x / firmness;
+    let mixed = matrix.x_axis.y - to_albedo.x * to_albedo.y / firmness;
+    let aside = matrix.y_axis.y - to_albedo.y * to_albedo.y / firmness;
+    outer(tangent, tangent * along + across * mixed) + outer(across, tangent * mixed + across * aside)
 }
 
 /// Two unit vectors at right angles to a normal (Duff et al., "Building an orthonormal basis, revisited", 2017).

@@ -39,7 +39,12 @@ impl<'a> Samples<'a> {
                 present: present(),
             })
         };
-        let images = capture.rig.channels().into_iter().map(image).collect::<Result<_, _>>()?;
+        let images = capture
+            .rig
+            .channels()
+            .into_iter()
+            .map(image)
+            .collect::<Result<_, _>>()?;
         let mut bounce = [(0.0, Vec3::ZERO); MAX_PANELS];
         for (slot, panel) in bounce.iter_mut().zip(panels) {
             *slot = (panel.bounce.constant as f32, to_glam(&panel.bounce.linear));

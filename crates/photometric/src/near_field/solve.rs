@@ -50,7 +50,9 @@ pub fn near_field_normals(
 ) -> Result<NormalSolution, PhotometricError> {
     let samples = Samples::new(capture, depth)?;
     let pixels = mask.as_image().pixels();
-    let inside: Vec<u32> = (0..pixels.len() as u32).filter(|&index| pixels[index as usize] != 0).collect();
+    let inside: Vec<u32> = (0..pixels.len() as u32)
+        .filter(|&index| pixels[index as usize] != 0)
+        .collect();
     let Some(gain) = gain::estimate(&samples, &inside) else {
         return Ok(output(capture, mask, &inside, &[], 0.0));
     };
@@ -102,7 +104,7 @@ fn fit(pixel: &Pixel, gain: Gain, tried: &[Triple], rough: &[Vec3]) -> Estimate 
     for triple in tried {
         let scaled = triple.scaled_normal(&pixel.signal);
         let length = scaled.length();
-        if !(length > 1e-6) {
+        if length.is_nan() || length < 1e-6 {
             continue;
         }
         let normal = scaled / length;

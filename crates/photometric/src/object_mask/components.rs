@@ -49,9 +49,14 @@ mod tests {
 
     #[test]
     fn specks_go_and_groups_stay() {
-        let mut pixels = [true, true, false, true, true, false, false, false, false, false, true, false].to_vec();
+        let mut pixels = [
+            true, true, false, true, true, false, false, false, false, false, true, false,
+        ]
+        .to_vec();
         drop_small(&mut pixels, 4, 3, true);
-        let expected = [true, true, false, false, true, false, false, false, false, false, false, false];
+        let expected = [
+            true, true, false, false, true, false, false, false, false, false, false, false,
+        ];
         assert_eq!(pixels, expected);
         drop_small(&mut pixels, 4, 20, false);
         assert!(pixels.iter().all(|&inside| inside));

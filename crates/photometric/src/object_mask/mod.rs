@@ -49,13 +49,18 @@ pub fn object_mask(capture: &Capture<'_>, options: &ObjectMaskOptions) -> Result
     let (width, height) = (reflectances.width(), reflectances.height());
     components::drop_small(&mut inside, width, options.least_pixels, true);
     components::drop_small(&mut inside, width, options.least_pixels, false);
-    Ok(Mask::from_nonzero(&Image::from_fn(width, height, |x, y| u8::from(inside[y * width + x]))))
+    Ok(Mask::from_nonzero(&Image::from_fn(width, height, |x, y| {
+        u8::from(inside[y * width + x])
+    })))
 }
 
 /// Whether an object can be there at all: exposures are set so that objects are bright, a mat alone stays dark.
 fn brightest_is_bright(capture: &Capture<'_>) -> bool {
     let full_scale = capture.stack.saturation();
-    let images = capture.stack.channels().filter_map(|channel| capture.stack.light(channel));
+    let images = capture
+        .stack
+        .channels()
+        .filter_map(|channel| capture.stack.light(channel));
     let bright: usize = images
         .map(|image| image.pixels().iter().filter(|&&raw| raw > full_scale / 8).count())
         .max()
@@ -69,10 +74,13 @@ fn reflectances(capture: &Capture<'_>, options: &ObjectMaskOptions) -> Result<Im
     let centre = geometry::nalgebra::Point3::new(options.mat_centre[0], options.mat_centre[1], 0.0);
     // One level irradiance a light is enough: over the mat they change by less than objects and mat differ.
     let images = panels.iter().map(|panel| {
-        let image = capture.stack.light(panel.channel).ok_or_else(|| PhotometricError::NoImage {
-            channel: panel.channel,
-            present: capture.stack.channels().collect(),
-        });
+        let image = capture
+            .stack
+            .light(panel.channel)
+            .ok_or_else(|| PhotometricError::NoImage {
+                channel: panel.channel,
+                present: capture.stack.channels().collect(),
+            });
         let level = panel.irradiance(&centre, &Vector3::z());
         image.map(|image| (image.pixels(), (1.0 / level) as f32))
     });
@@ -85,7 +93,8 @@ fn reflectances(capture: &Capture<'_>, options: &ObjectMaskOptions) -> Result<Im
             if !is_over_mat(capture, options, index) {
                 return 0.0;
             }
-            let of_light = |(pixels, scale): &(&[u16], f32)| (f32::from(pixels[index]) - f32::from(dark[index])) * scale;
+            let of_light =
+                |(pixels, scale): &(&[u16], f32)| (f32::from(pixels[index]) - f32::from(dark[index])) * scale;
             images.iter().map(of_light).fold(0.0, f32::max)
         };
         (0..width).map(of_pixel).collect()

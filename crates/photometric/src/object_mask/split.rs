@@ -7,7 +7,11 @@ const LEAST_RATIO: f32 = 3.0;
 /// The level above which a pixel is an object's: `over_dark` times the darker class' mean level. Pixels of one class
 /// alone are all object when `is_lit` and else all mat.
 pub(super) fn threshold(values: &[f32], over_dark: f32, is_lit: bool) -> f32 {
-    let mut logs: Vec<f32> = values.iter().filter(|value| **value > 0.0).map(|value| value.ln()).collect();
+    let mut logs: Vec<f32> = values
+        .iter()
+        .filter(|value| **value > 0.0)
+        .map(|value| value.ln())
+        .collect();
     if !is_lit || logs.is_empty() {
         return f32::INFINITY;
     }
@@ -38,10 +42,10 @@ fn otsu(logs: &[f32], low: f32, high: f32) -> Option<(f32, f32)> {
     let sum: f64 = (0..CLASSES).map(|class| counts[class] * level(class)).sum();
     let (mut weight, mut part) = (0.0, 0.0);
     let mut best = (0.0, None);
-    for class in 0..CLASSES - 1 {
-        weight += counts[class];
-        part += counts[class] * level(class);
-        if weight == 0.0 || total - weight <= 0.0 {
+    for (class, count) in counts.iter().enumerate() {
+        weight += count;
+        part += count * level(class);
+        if weight <= 0.0 || total - weight <= 0.0 {
             continue;
         }
         let (below, above) = (part / weight, (sum - part) / (total - weight));
@@ -59,7 +63,9 @@ mod tests {
 
     #[test]
     fn two_levels_are_split_just_above_the_dark_one() {
-        let values: Vec<f32> = (0..1000).map(|i| if i % 3 == 0 { 20.0 } else { 1.0 } + (i % 7) as f32 * 0.01).collect();
+        let values: Vec<f32> = (0..1000)
+            .map(|i| if i % 3 == 0 { 20.0 } else { 1.0 } + (i % 7) as f32 * 0.01)
+            .collect();
         let threshold = threshold(&values, 1.9, true);
         assert!((1.8..2.2).contains(&threshold), "{threshold}");
     }

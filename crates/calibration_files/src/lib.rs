@@ -1,0 +1,21 @@
+//! Calibrations as files people can read: `lights.yaml`.
+//!
+//! Only the files: fitting is `photometric`'s. What a file says is checked when it is read; a wrong number is named with
+//! its place and what is allowed.
+//!
+//! ```
+//! use calibration_files::{LightsFile, MadeWith};
+//! use photometric::LightRig;
+//!
+//! let made_with = vec![MadeWith { camera: "c1".into(), width: 768, height: 768 }];
+//! let file = LightsFile::new(&LightRig::nominal(), "2026-11-25", made_with, Vec::new());
+//! let text = file.to_text()?;
+//! assert_eq!(LightsFile::from_text(&text)?.rig()?.channels(), [1, 2, 3, 4, 5, 6, 7]);
+//! # Ok::<(), calibration_files::CalibrationFileError>(())
+//! ```
+
+mod error;
+mod lights;
+
+pub use error::CalibrationFileError;
+pub use lights::{LightResidual, LightsFile, MadeWith};

@@ -1,0 +1,278 @@
+//! Calibration and normals under near panels: on captures with truth, and on what must not go wrong.
+
+use std::path::{Path, PathBuf};
+
+use geometry::nalgebra::{Point2, UnitQuaternion, Vector3};
+use geometry::{PinholeCamera, RigidTransform};
+use imaging::{ExposureStack, Image, Mask};
+use photometric::{
+    CalibrationOptions, Capture, LightRig, NearFieldOptions, NormalSolution, ObjectMaskOptions, PhotometricError,
+    PixelRays, SensorNoise, TargetView, View, calibrate_lights, near_field_normals, object_mask,
+};
+use rig_scenes::{CapturedView, SceneFolder, find_scenes};
+
+fn shared(name: &str) -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../shared/data/rig")
+        .join(name);
+    if folder.exists() {
+        return Some(folder);
+    }
+    println!("SKIPPED: {} is missing", folder.display());
+    None
+}
+
+/// A camera straight above the middle of the mat.
+fn view(size: usize) -> View {
+    let middle = (size as f64 - 1.0) / 2.0;
+    let focal = size as f64 * 1.5;
+    let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    View {
+        camera: PinholeCamera::new(size, size, [focal; 2], [middle; 2]).unwrap(),
+        base_from_camera: RigidTransform::from_parts(Vector3::new(0.43, 0.0, 0.3), down),
+    }
+}
+
+const GAIN: f64 = 400_000.0;
+
+/// The normal of a ball of 20 mm radius whose middle is 15 mm over the mat, and where it is hit.
+fn ball(view: &View, pixel: [f64; 2]) -> Option<(geometry::nalgebra::Point3<f64>, Vector3<f64>)> {
+    let ray = view.camera.unproject(&Point2::from(pixel)).unwrap();
+    let direction = view.base_from_camera.transform_direction(&ray).normalize();
+    let to_camera = view.centre() - geometry::nalgebra::Point3::new(0.43, 0.0, 0.015);
+    let along = direction.dot(&to_camera);
+    let root = along * along - to_camera.norm_squared() + 0.0004;
+    let point = view.centre() + direction * (-along - root.max(0.0).sqrt());
+    (root > 0.0).then(|| (point, (to_camera + direction * (-along - root.sqrt())) / 0.02))
+}
+
+/// The ball on a dark mat, without noise and without cast shadows.
+fn ball_stack(view: &View, rig: &LightRig, scale: f64) -> ExposureStack {
+    let (width, height) = (view.camera.width(), view.camera.height());
+    let image = |channel: u8| {
+        let panel = rig.panels().iter().find(|panel| panel.channel == channel).unwrap();
+        Image::from_fn(width, height, |x, y| {
+            let lit = ball(view, [x as f64, y as f64]).map_or(0.0, |(point, normal)| panel.irradiance(&point, &normal));
+            let level = panel.irradiance(&geometry::nalgebra::Point3::new(0.43, 0.0, 0.0), &Vector3::z()) * 0.05;
+            (500.0 + scale * GAIN * lit.max(level)).round().min(65_535.0) as u16
+        })
+    };
+    let images = std::iter::once((0, Image::filled(width, height, 500_u16)));
+    let images = images.chain(rig.channels().into_iter().map(|channel| (channel, image(channel))));
+    ExposureStack::new(&rig.channels(), images, 65_520).unwrap()
+}
+
+fn solve(stack: &ExposureStack, view: &View, rig: &LightRig) -> (Mask, NormalSolution) {
+    let rays = PixelRays::new(&view.camera);
+    let noise = SensorNoise::RIG;
+    let capture = Capture {
+        stack,
+        view,
+        rays: &rays,
+        rig,
+        noise,
+    };
+    let mask = object_mask(
+        &capture,
+        &ObjectMaskOptions {
+            least_pixels: 8,
+            ..ObjectMaskOptions::default()
+        },
+    )
+    .unwrap();
+    let solution = near_field_normals(&capture, &mask, None, &NearFieldOptions::default()).unwrap();
+    (mask, solution)
+}
+
+fn angle(a: [f32; 3], b: &Vector3<f64>) -> f64 {
+    if a[0].is_nan() {
+        return 90.0;
+    }
+    Vector3::from(a.map(f64::from)).angle(b).to_degrees()
+}
+
+fn ball_error(view: &View, solution: &NormalSolution) -> f64 {
+    let mut errors = Vec::new();
+    for y in 0..view.camera.height() {
+        for x in 0..view.camera.width() {
+            let Some((_, normal)) = ball(view, [x as f64, y as f64]) else {
+                continue;
+            };
+            if normal.z > 0.3 {
+                errors.push(angle(*solution.normals.get(x, y).unwrap(), &normal));
+            }
+        }
+    }
+    errors.iter().sum::<f64>() / errors.len() as f64
+}
+
+#[test]
+fn a_ball_comes_out_round_at_any_brightness() {
+    let (view, rig) = (view(96), LightRig::nominal());
+    for scale in [1.0, 0.3] {
+        let (mask, solution) = solve(&ball_stack(&view, &rig, scale), &view, &rig);
+        let error = ball_error(&view, &solution);
+        println!(
+            "ball at {scale}: {error:.2} degrees, gain {:.0}, {} pixels",
+            solution.gain,
+            mask.count()
+        );
+        assert!(error < 2.5, "{error}");
+        assert!((solution.gain / (scale * GAIN) - 1.0).abs() < 0.04, "{}", solution.gain);
+    }
+}
+
+#[test]
+fn one_thread_or_two_give_the_same() {
+    let (view, rig) = (view(64), LightRig::nominal());
+    let stack = ball_stack(&view, &rig, 1.0);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let (_, solution) = pool.install(|| solve(&stack, &view, &rig));
+        solution
+            .normals
+            .pixels()
+            .iter()
+            .map(|n| n.map(f32::to_bits))
+            .collect::<Vec<_>>()
+    };
+    assert!(with(1) == with(2));
+}
+
+#[test]
+fn a_dark_capture_and_one_of_a_single_pixel_give_nothing_and_no_panic() {
+    let rig = LightRig::nominal();
+    let flat = |view: &View, value: u16| {
+        let image = || Image::filled(view.camera.width(), view.camera.height(), value);
+        let images = (0..=7_u8).map(|channel| (channel, image()));
+        ExposureStack::new(&rig.channels(), images, 65_520).unwrap()
+    };
+    for (size, value) in [(32, 300), (1, 300), (1, 65_535), (32, 65_535)] {
+        let view = view(size);
+        let (_, solution) = solve(&flat(&view, value), &view, &rig);
+        assert!(
+            solution.normals.pixels().iter().all(|n| n[0].is_nan()),
+            "{size} {value}"
+        );
+        assert!(solution.confidence.pixels().iter().all(|&c| c <= 0.0));
+    }
+}
+
+#[test]
+fn a_missing_light_is_named() {
+    let (view, rig) = (view(16), LightRig::nominal());
+    let image = || Image::filled(16, 16, 1000_u16);
+    let stack = ExposureStack::new(&[1, 2, 3], (0..=3_u8).map(|channel| (channel, image())), 65_520).unwrap();
+    let rays = PixelRays::new(&view.camera);
+    let capture = Capture {
+        stack: &stack,
+        view: &view,
+        rays: &rays,
+        rig: &rig,
+        noise: SensorNoise::RIG,
+    };
+    let mask = Mask::from_nonzero(&Image::filled(16, 16, 1));
+    let error = near_field_normals(&capture, &mask, None, &NearFieldOptions::default()).unwrap_err();
+    assert!(matches!(error, PhotometricError::NoImage { channel: 4, .. }), "{error}");
+    let error = object_mask(&capture, &ObjectMaskOptions::default()).unwrap_err();
+    assert!(matches!(error, PhotometricError::NoImage { channel: 4, .. }), "{error}");
+}
+
+/// Calibration targets as captured, with what must live as long as their views.
+fn targets(folder: &Path) -> Vec<(String, PixelRays, CapturedView)> {
+    let scenes = find_scenes(folder).unwrap();
+    let of_scene = |path: &PathBuf| {
+        let scene = SceneFolder::open(path).unwrap();
+        let views = scene.views().unwrap();
+        views
+            .into_iter()
+            .map(move |view| (scene.name(), PixelRays::new(&view.view.camera), view))
+    };
+    scenes.iter().flat_map(of_scene).collect()
+}
+
+fn calibrated_on(captures: &[(String, PixelRays, CapturedView)]) -> photometric::LightCalibration {
+    let mut views = Vec::new();
+    for (name, rays, view) in captures {
+        views.push(TargetView {
+            placement: name,
+            camera: &view.camera,
+            stack: &view.stack,
+            view: &view.view,
+            rays,
+        });
+    }
+    calibrate_lights(&views, &CalibrationOptions::RIG).unwrap()
+}
+
+/// Mean angle over the object of one scene's first camera.
+fn scene_error(name: &str, rig: &LightRig) -> Option<f64> {
+    let scene = SceneFolder::open(&shared(&format!("objects/{name}"))?).unwrap();
+    let view = scene.views().unwrap().swap_remove(0);
+    let (_, solution) = solve(&view.stack, &view.view, rig);
+    let truth = view.truth.unwrap();
+    let inside = view
+        .mask
+        .as_image()
+        .pixels()
+        .iter()
+        .zip(solution.normals.pixels().iter().zip(truth.normals.pixels()));
+    let errors: Vec<f64> = inside
+        .filter(|(inside, _)| **inside != 0)
+        .map(|(_, (found, truth))| angle(*found, &Vector3::from(truth.map(f64::from))))
+        .collect();
+    Some(errors.iter().sum::<f64>() / errors.len() as f64)
+}
+
+#[test]
+fn lights_calibrated_from_hemispheres_solve_path_traced_objects() {
+    let Some(folder) = shared("calibration") else { return };
+    let mut captures = targets(&folder);
+    // One placement is said to be where it is not.
+    let wrong = captures[0].0.clone();
+    for capture in captures.iter_mut().filter(|capture| capture.0 == wrong) {
+        let pose = &mut capture.2.view.base_from_camera;
+        let shift = RigidTransform::from_parts(Vector3::new(0.0, 0.0, 0.03), UnitQuaternion::identity());
+        *pose = shift * *pose;
+    }
+    let calibration = calibrated_on(&captures);
+    assert_eq!(calibration.failure, None);
+    let dropped: Vec<&str> = calibration
+        .placements
+        .iter()
+        .filter(|placement| placement.dropped.is_some())
+        .map(|placement| placement.placement.as_str())
+        .collect();
+    assert_eq!(dropped, [wrong.as_str()], "{:?}", calibration.placements);
+    for light in &calibration.lights {
+        println!("{light:?}");
+        assert!(light.median_sigmas < 1.0 && light.rms_share < 0.08, "{light:?}");
+    }
+    for (name, allowed) in [("pyramid", 2.5), ("octagon2", 3.5), ("plate_flat", 0.5), ("spot", 6.0)] {
+        let Some(error) = scene_error(name, &calibration.rig) else {
+            return;
+        };
+        println!("{name} C1: {error:.2} degrees, allowed are {allowed}");
+        assert!(error < allowed, "{name}: {error}");
+    }
+}
+
+#[test]
+fn too_few_placements_are_refused() {
+    let Some(folder) = shared("calibration") else { return };
+    let captures: Vec<_> = targets(&folder).into_iter().take(6).collect();
+    let views: Vec<TargetView<'_>> = captures
+        .iter()
+        .map(|(name, rays, view)| TargetView {
+            placement: name,
+            camera: &view.camera,
+            stack: &view.stack,
+            view: &view.view,
+            rays,
+        })
+        .collect();
+    let error = calibrate_lights(&views, &CalibrationOptions::RIG)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("placements") && error.contains("= 3"), "{error}");
+}
