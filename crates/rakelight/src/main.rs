@@ -1,7 +1,9 @@
 //! The rakelight command line.
 
 mod bag;
+mod calibrate;
 mod capture;
+mod captured;
 mod demo;
 mod doctor;
 mod ending;
@@ -11,6 +13,7 @@ mod nodes;
 mod replay;
 mod running_cell;
 mod sim;
+mod solve;
 mod up;
 
 use std::process::ExitCode;
@@ -43,6 +46,10 @@ enum Command {
     Doctor(doctor::Arguments),
     /// Serve a simulated world's cameras and lights, for drivers to open as if they were hardware.
     Sim(sim::Arguments),
+    /// Measure what the cell has to know of its parts, and write it into a file.
+    Calibrate(calibrate::Arguments),
+    /// Solve a bag's captures offline: normals into a new bag, pictures.
+    Solve(solve::Arguments),
     /// Play a recorded capture through ROS, solve it and write its normal map as a picture.
     Demo(demo::Arguments),
     /// Publish a bag as if it were live.
@@ -75,6 +82,8 @@ async fn run() -> Result<(), Failure> {
         Command::Capture(arguments) => capture::run(arguments).await,
         Command::Doctor(arguments) => doctor::run(arguments).await,
         Command::Sim(arguments) => sim::run(arguments).await,
+        Command::Calibrate(arguments) => calibrate::run(arguments).await,
+        Command::Solve(arguments) => solve::run(arguments).await,
         Command::Demo(arguments) => demo::run(arguments).await,
         Command::Replay(arguments) => replay::run(arguments, &ros_arguments).await,
         Command::Bag(arguments) => bag::run(arguments),

@@ -1,5 +1,6 @@
 //! `rakelight eval`: how far results are from the truth, in figures.
 
+mod normals;
 mod render;
 
 use clap::{Args, Subcommand};
@@ -14,12 +15,15 @@ pub(crate) struct Arguments {
 
 #[derive(Subcommand)]
 enum What {
+    /// Compare solved normals with the truth of path-traced captures.
+    Normals(normals::Arguments),
     /// Compare the simulated cameras' images with path-traced captures.
     Render(render::Arguments),
 }
 
 pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
     match arguments.what {
+        What::Normals(arguments) => normals::run(arguments).await,
         What::Render(arguments) => render::run(arguments).await,
     }
 }

@@ -1,0 +1,121 @@
+//! `rakelight solve`: a recorded bag in, a bag of results out.
+
+mod output;
+mod pictures;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, anyhow};
+use calibration_files::LightsFile;
+use clap::Args;
+use photometric::{
+    Capture, LightRig, NearFieldOptions, NormalSolution, ObjectMaskOptions, PhotometricError, SensorNoise,
+    near_field_normals, object_mask,
+};
+use recording::Bag;
+
+use crate::captured::{self, Captured};
+use crate::failure::Failure;
+use output::Output;
+
+#[derive(Args)]
+pub(crate) struct Arguments {
+    /// Bag with captures.
+    bag: PathBuf,
+    /// Calibration of the lights; without it they are taken to be where the rig was drawn.
+    #[arg(long, value_name = "FILE")]
+    lights: Option<PathBuf>,
+    /// Folder of the new bag with the results; must not exist.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Write pictures of the images and the normals into this folder.
+    #[arg(long, value_name = "DIR")]
+    png: Option<PathBuf>,
+}
+
+pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
+    tokio::task::spawn_blocking(move || solve_bag(&arguments)).await?
+}
+
+fn solve_bag(arguments: &Arguments) -> Result<(), Failure> {
+    if !arguments.bag.exists() {
+        return Err(Failure::usage(anyhow!("no bag at {}", arguments.bag.display())));
+    }
+    let lights = arguments.lights.as_deref().map(read_lights).transpose()?;
+    if lights.is_none() {
+        eprintln!("no --lights: the panels are taken to be where the rig was drawn, in a black room");
+    }
+    let rig = match &lights {
+        Some(file) => file.rig().map_err(Failure::usage)?,
+        None => LightRig::nominal(),
+    };
+    if let Some(folder) = &arguments.png {
+        std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    }
+    let bag = Bag::open(&arguments.bag)?;
+    let mut output = Output::create(&arguments.output).map_err(Failure::usage)?;
+    let mut solved = 0_usize;
+    let problems = captured::for_each(&bag, |captured| {
+        if let Some(file) = &lights {
+            let (width, height) = (captured.stack.width(), captured.stack.height());
+            file.require_camera(captured.camera_name(), width, height)?;
+        }
+        let started = Instant::now();
+        let solution = solve(&captured, &rig)?;
+        println!("{}", summary(&captured, &solution, started.elapsed().as_secs_f64()));
+        if let Some(folder) = &arguments.png {
+            pictures::write(folder, &captured, &solution)?;
+        }
+        output.add(&captured, &solution)?;
+        solved += 1;
+        Ok(())
+    })?;
+    output.finish()?;
+    println!("{solved} solved: {}", arguments.output.display());
+    finish(solved, &problems)
+}
+
+fn read_lights(path: &Path) -> Result<LightsFile, Failure> {
+    let file = LightsFile::read(path).with_context(|| format!("{}", path.display()));
+    file.map_err(Failure::usage)
+}
+
+fn finish(solved: usize, problems: &[String]) -> Result<(), Failure> {
+    for problem in problems {
+        eprintln!("not solved: {problem}");
+    }
+    match (solved, problems.len()) {
+        (0, 0) => Err(anyhow!("the bag holds no capture").into()),
+        (_, 0) => Ok(()),
+        (_, count) => Err(anyhow!("{count} parts of the bag could not be used").into()),
+    }
+}
+
+fn solve(captured: &Captured, rig: &LightRig) -> Result<NormalSolution, PhotometricError> {
+    let capture = Capture {
+        stack: &captured.stack,
+        view: &captured.view,
+        rays: &captured.rays,
+        rig,
+        noise: SensorNoise::RIG,
+    };
+    let mask = object_mask(&capture, &ObjectMaskOptions::default())?;
+    near_field_normals(&capture, &mask, None, &NearFieldOptions::default())
+}
+
+/// A line about a solved view.
+fn summary(captured: &Captured, solution: &NormalSolution, seconds: f64) -> String {
+    let object = solution.mask.count();
+    let pixels = solution.normals.pixels().iter().zip(solution.lights_used.pixels());
+    let known = pixels.clone().filter(|(normal, _)| normal[0].is_finite()).count();
+    let weak = pixels
+        .filter(|(normal, used)| normal[0].is_finite() && **used < 3)
+        .count();
+    format!(
+        "{} {}: {known} normals on {object} object pixels, {weak} of them by fewer than three lights, {:.0} ms",
+        captured.id,
+        captured.camera_name(),
+        1e3 * seconds
+    )
+}
