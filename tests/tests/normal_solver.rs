@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use calibration_files::LightsFile;
 use interfaces::ByteSequence;
 use interfaces::builtin_interfaces::msg::Time;
 use interfaces::rakelight_msgs::msg::Exposure;
 use interfaces::sensor_msgs::msg::{CameraInfo, Image};
+use photometric::LightRig;
 use ros::{Node, NodeOptions, Publisher, Qos, Source};
 use scenarios::{Domain, Logs, TIMEOUT, eventually, within};
 use tokio::task::JoinHandle;
@@ -74,6 +76,57 @@ async fn a_recorded_capture_becomes_a_normal_map() {
     assert_eq!((info.width, info.header.frame_id.as_str()), (1024, "c1_optical_frame"));
     player.shutdown().await;
     solver.shutdown().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn with_calibrated_panels_the_object_alone_is_measured_and_its_faces_lean_as_they_should() {
+    let domain = Domain::claim();
+    let viewer = domain.node("viewer").await;
+    let mut maps = viewer.subscription::<Image>("/cell/c1/normals", Qos::MAP).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lights.yaml");
+    // The capture was taken with the panels where they are drawn.
+    let lights = LightsFile::new(&LightRig::nominal(), "2026-11-25", Vec::new(), Vec::new());
+    lights.write(&path).unwrap();
+    let options = domain
+        .options("normal_solver")
+        .parameter("lights.file", path.display().to_string());
+    let (solver, _solving) = solver(options).await;
+    let player = domain
+        .options("bag_player")
+        .namespace("/cell")
+        .parameter("bag", bag().display().to_string())
+        .parameter("wait_for_subscriptions", TIMEOUT.as_secs_f64());
+    let player = Node::start(player).await.unwrap();
+    within("the bag", bag_player::run(player.clone())).await.unwrap();
+    let map = within("a map", maps.next()).await.unwrap().message;
+    let normals = normals(&map);
+    let top = normals[256 * 512 + 256];
+    assert!(top[2] > 0.999, "{top:?}");
+    let known: Vec<&[f32; 3]> = normals.iter().filter(|n| n[0].is_finite()).collect();
+    let share = known.len() as f64 / normals.len() as f64;
+    assert!((0.2..0.6).contains(&share), "the object fills {share} of the crop");
+    // Its slanted faces lean by some 45 degrees to eight sides.
+    let leaning = |n: &&&[f32; 3]| (0.5..0.85).contains(&n[2]);
+    let sides: std::collections::BTreeSet<i32> = known
+        .iter()
+        .filter(leaning)
+        .map(|n| (n[1].atan2(n[0]).to_degrees() / 45.0).round() as i32)
+        .collect();
+    assert!(sides.len() >= 8, "{sides:?}");
+    player.shutdown().await;
+    solver.shutdown().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_calibration_that_cannot_be_read_ends_the_node_with_its_path() {
+    let domain = Domain::claim();
+    let options = domain
+        .options("normal_solver")
+        .parameter("lights.file", "nowhere/lights.yaml");
+    let (_node, solving) = solver(options).await;
+    let error = within("the end", solving).await.unwrap().unwrap_err().to_string();
+    assert!(error.contains("nowhere/lights.yaml"), "{error}");
 }
 
 /// Sends captures by hand.

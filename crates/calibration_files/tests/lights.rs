@@ -52,7 +52,7 @@ fn what_is_wrong_is_named() {
     assert!(error("radiance: 1.0", "radiance: -1.0").contains("-1"));
     let shortened = error("- -1.0\n", "- -0.5\n");
     assert!(
-        shortened.contains("light 7: facing") && shortened.contains("unit vectors"),
+        shortened.contains("light 5: right") && shortened.contains("unit vectors"),
         "{shortened}"
     );
     assert!(LightsFile::from_text("").is_err());

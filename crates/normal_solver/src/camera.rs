@@ -3,17 +3,19 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use geometry::RigidTransform;
+use geometry::{PinholeCamera, RigidTransform};
 use interfaces::builtin_interfaces::msg::Time;
 use interfaces::rakelight_msgs::msg::Exposure;
-use interfaces::sensor_msgs::msg::{CompressedImage, Image};
-use photometric::{LeastSquaresOptions, NormalMapResult, PixelCounts, least_squares_normals};
+use interfaces::sensor_msgs::msg::{CameraInfo, CompressedImage, Image};
+use interfaces::std_msgs::msg::Header;
+use photometric::{LeastSquaresOptions, NormalMapResult, PixelCounts, PixelRays, least_squares_normals};
 use ros::{Node, Publisher, Qos, Subscription, tf};
 
 use crate::assembler::{Assembler, Capture};
 use crate::convert;
 use crate::error::Error;
 use crate::lights::lights_in_base;
+use crate::near_field::{NearField, Viewpoint};
 use crate::parameters::Parameters;
 
 /// How long a transform may come after the images that need it.
@@ -22,7 +24,13 @@ const TRANSFORM_PATIENCE: Duration = Duration::from_secs(1);
 pub(crate) struct CameraSolver {
     camera: String,
     parameters: Arc<Parameters>,
+    /// None: lights are far away.
+    panels: Option<Arc<NearField>>,
     transforms: Arc<tf::Listener>,
+    infos: Subscription<CameraInfo>,
+    info: Option<Arc<CameraInfo>>,
+    /// Of the last camera that was solved.
+    rays: Option<(PinholeCamera, Arc<PixelRays>)>,
     images: Subscription<Image>,
     exposures: Subscription<Exposure>,
     normals: Publisher<Image>,
@@ -35,12 +43,17 @@ impl CameraSolver {
         node: &Node,
         camera: &str,
         parameters: Arc<Parameters>,
+        panels: Option<Arc<NearField>>,
         transforms: Arc<tf::Listener>,
     ) -> Result<Self, Error> {
         Ok(Self {
             camera: camera.to_owned(),
             parameters,
+            panels,
             transforms,
+            infos: node.subscription(&format!("{camera}/camera_info"), Qos::LATCHED)?,
+            info: None,
+            rays: None,
             images: node.subscription(&format!("{camera}/image_raw"), Qos::IMAGE)?,
             exposures: node.subscription(&format!("{camera}/exposure"), Qos::STREAM)?,
             normals: node.publisher(&format!("{camera}/normals"), Qos::MAP)?,
@@ -60,6 +73,10 @@ impl CameraSolver {
                 },
                 exposure = self.exposures.next() => match exposure {
                     Some(exposure) => self.assembler.add_exposure(exposure.message),
+                    None => return,
+                },
+                info = self.infos.next() => match info {
+                    Some(info) => self.info = Some(info.message),
                     None => return,
                 },
                 () = tokio::time::sleep(patience) => self.assembler.give_up_all("nothing more came"),
@@ -88,23 +105,86 @@ impl CameraSolver {
         }
     }
 
-    async fn solve(&self, capture: Capture) -> Result<(), Error> {
-        let started = Instant::now();
-        let (id, frames) = (capture.id.clone(), capture.frames.len());
+    async fn solve(&mut self, capture: Capture) -> Result<(), Error> {
         let Some(header) = capture.frames.first().map(|frame| frame.image.header.clone()) else {
             return Ok(());
         };
-        let base_from_lights = self.base_from_lights(header.stamp).await?;
+        let normals = match self.panels.clone() {
+            Some(panels) => self.solve_near(capture, &header, panels).await?,
+            None => self.solve_far(capture, header.stamp).await?,
+        };
+        if self.preview.subscription_count() > 0 {
+            self.preview.publish(convert::preview(header.clone(), &normals)?)?;
+        }
+        self.normals.publish(convert::normal_message(header, normals))?;
+        Ok(())
+    }
+
+    /// With lights far away.
+    async fn solve_far(&self, capture: Capture, stamp: Time) -> Result<imaging::Image<[f32; 3]>, Error> {
+        let started = Instant::now();
+        let (id, frames) = (capture.id.clone(), capture.frames.len());
+        let base_from_lights = self.base_from_lights(stamp).await?;
         let parameters = Arc::clone(&self.parameters);
         let solved = tokio::task::spawn_blocking(move || solve(&capture, &parameters, &base_from_lights)).await;
         let result = solved.expect("the solver does not panic")?;
         report(&self.camera, &id, frames, result.counts, started.elapsed());
-        if self.preview.subscription_count() > 0 {
-            self.preview
-                .publish(convert::preview(header.clone(), &result.normals)?)?;
+        Ok(result.normals)
+    }
+
+    /// With calibrated panels.
+    async fn solve_near(
+        &mut self,
+        capture: Capture,
+        header: &Header,
+        panels: Arc<NearField>,
+    ) -> Result<imaging::Image<[f32; 3]>, Error> {
+        let started = Instant::now();
+        let capture_id = capture.id.clone();
+        let viewpoint = self.viewpoint(header).await?;
+        let saturation = self.parameters.saturation.get() as u16;
+        let solved = tokio::task::spawn_blocking(move || panels.solve(&capture, viewpoint, saturation)).await;
+        let solved = solved.expect("the solver does not panic")?;
+        let (object_pixels, few_lights) = (solved.object_pixels, solved.few_lights);
+        let took_ms = started.elapsed().as_millis();
+        tracing::info!(
+            camera = self.camera,
+            capture_id,
+            object_pixels,
+            few_lights,
+            took_ms,
+            "solved"
+        );
+        self.rays = Some(solved.rays);
+        Ok(solved.normals)
+    }
+
+    /// Lens and place of the camera at the time of a capture.
+    async fn viewpoint(&mut self, header: &Header) -> Result<Viewpoint, Error> {
+        let (base, frame) = (self.parameters.base_frame_id.get(), header.frame_id.clone());
+        if self.info.is_none() {
+            // It may lie behind the images that came with it.
+            let waited = tokio::time::timeout(TRANSFORM_PATIENCE, self.infos.next()).await;
+            self.info = waited.ok().flatten().map(|info| info.message);
         }
-        self.normals.publish(convert::normal_message(header, result.normals))?;
-        Ok(())
+        let info = self.info.clone().ok_or_else(|| Error::NoCameraInfo {
+            camera: self.camera.clone(),
+        })?;
+        let placed = self
+            .transforms
+            .wait_for(&base, &frame, header.stamp.to_nanos(), TRANSFORM_PATIENCE)
+            .await;
+        let base_from_camera = placed.map_err(|problem| Error::CameraFrame {
+            frame,
+            base,
+            problem: Box::new(problem),
+        })?;
+        Ok(Viewpoint {
+            camera_name: self.camera.clone(),
+            info,
+            base_from_camera,
+            rays: self.rays.clone(),
+        })
     }
 
     /// Where the frame of the light directions stands, at the time of the capture.

@@ -16,8 +16,13 @@ pub(crate) fn exposure_stack(
     saturation: u16,
 ) -> Result<ExposureStack, Error> {
     let channels: Vec<u8> = lights.iter().map(DirectionalLight::channel).collect();
+    stack_of_channels(capture, &channels, saturation)
+}
+
+/// The images of a capture as a checked stack of exactly these lights.
+pub(crate) fn stack_of_channels(capture: &Capture, channels: &[u8], saturation: u16) -> Result<ExposureStack, Error> {
     let images = capture.frames.iter().map(brightness).collect::<Result<Vec<_>, _>>()?;
-    Ok(ExposureStack::new(&channels, images, saturation)?)
+    Ok(ExposureStack::new(channels, images, saturation)?)
 }
 
 /// Channel and linear brightness of a frame.

@@ -46,4 +46,33 @@ pub enum Error {
     /// The lights or the images do not determine normals.
     #[error(transparent)]
     Photometric(#[from] photometric::PhotometricError),
+    /// The calibration of the lights cannot be used.
+    #[error("{path}: {problem}")]
+    LightsFile {
+        /// The file, or the parameter that names it.
+        path: String,
+        /// What is wrong.
+        #[source]
+        problem: Box<calibration_files::CalibrationFileError>,
+    },
+    /// Calibrated panels need to know where the camera is.
+    #[error("the camera's frame {frame:?} cannot be placed in {base:?}: {problem}")]
+    CameraFrame {
+        /// Of the images.
+        frame: String,
+        /// `base_frame_id`.
+        base: String,
+        /// What is missing.
+        #[source]
+        problem: Box<ros::tf::TfError>,
+    },
+    /// Calibrated panels need to know the camera's lens.
+    #[error("no camera_info of {camera} has come")]
+    NoCameraInfo {
+        /// The camera.
+        camera: String,
+    },
+    /// The `camera_info` makes no sense.
+    #[error(transparent)]
+    Geometry(#[from] geometry::GeometryError),
 }

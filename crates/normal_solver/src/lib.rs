@@ -13,6 +13,7 @@ mod camera;
 mod convert;
 mod error;
 mod lights;
+mod near_field;
 mod parameters;
 
 pub use error::Error;
@@ -24,6 +25,7 @@ use ros::tf;
 use tracing::Instrument;
 
 use camera::CameraSolver;
+use near_field::NearField;
 use parameters::Parameters;
 
 /// Name of the node in launch configs.
@@ -33,10 +35,20 @@ pub const NAME: &str = "normal_solver";
 pub async fn run(node: Node) -> Result<(), Error> {
     let parameters = Arc::new(Parameters::declare(&node)?);
     parameters.check_lights()?;
+    let panels = NearField::read(&parameters.lights_file.get())?.map(Arc::new);
+    if panels.is_none() {
+        tracing::warn!("no lights.file: lights are taken to be far away, and normals are off by 10 degrees and more");
+    }
     let transforms = Arc::new(tf::Listener::new(&node)?);
     let mut cameras = tokio::task::JoinSet::new();
     for camera in parameters.cameras.get() {
-        let solver = CameraSolver::new(&node, &camera, Arc::clone(&parameters), Arc::clone(&transforms))?;
+        let solver = CameraSolver::new(
+            &node,
+            &camera,
+            Arc::clone(&parameters),
+            panels.clone(),
+            Arc::clone(&transforms),
+        )?;
         cameras.spawn(solver.run().in_current_span());
     }
     tracing::info!(cameras = ?parameters.cameras.get(), "ready");

@@ -21,6 +21,7 @@ pub(crate) struct Parameters {
     pub(crate) capture_timeout: ParameterHandle<f64>,
     pub(crate) saturation: ParameterHandle<i64>,
     pub(crate) minimum_signal: ParameterHandle<f64>,
+    pub(crate) lights_file: ParameterHandle<String>,
     pub(crate) light_frame_id: ParameterHandle<String>,
     pub(crate) light_directions: ParameterHandle<Vec<f64>>,
     pub(crate) light_intensities: ParameterHandle<Vec<f64>>,
@@ -56,6 +57,9 @@ impl Parameters {
                     .range(0.0..=65_535.0)
                     .describe("Pixels that no light makes brighter than this over the dark frame are not measured"),
             )?,
+            lights_file: parameters.declare(Parameter::string("lights.file", "").read_only().describe(
+                "Calibration of the panels; without it the lights are far away, as lights.directions says",
+            ))?,
             light_frame_id: parameters
                 .declare(Parameter::string("lights.frame_id", "link_base").describe("Frame of lights.directions"))?,
             light_directions: parameters

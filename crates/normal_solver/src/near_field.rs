@@ -1,0 +1,115 @@
+//! Solving with calibrated panels, which needs to know where the camera is.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use calibration_files::LightsFile;
+use geometry::{PinholeCamera, RigidTransform};
+use imaging::Image;
+use interfaces::sensor_msgs::msg::CameraInfo;
+use photometric::{
+    LightRig, NearFieldOptions, NormalSolution, ObjectMaskOptions, PixelRays, SensorNoise, View, near_field_normals,
+    object_mask,
+};
+
+use crate::assembler::Capture;
+use crate::convert;
+use crate::error::Error;
+
+/// Calibrated panels.
+pub(crate) struct NearField {
+    lights: LightsFile,
+    rig: LightRig,
+}
+
+/// Where a capture was seen from.
+pub(crate) struct Viewpoint {
+    pub(crate) camera_name: String,
+    pub(crate) info: Arc<CameraInfo>,
+    pub(crate) base_from_camera: RigidTransform,
+    /// Of an earlier capture, to be used again while the camera is the same.
+    pub(crate) rays: Option<(PinholeCamera, Arc<PixelRays>)>,
+}
+
+/// What came of a capture.
+pub(crate) struct Solved {
+    pub(crate) normals: Image<[f32; 3]>,
+    pub(crate) object_pixels: usize,
+    pub(crate) few_lights: usize,
+    pub(crate) rays: (PinholeCamera, Arc<PixelRays>),
+}
+
+impl NearField {
+    /// None for an empty path.
+    pub(crate) fn read(path: &str) -> Result<Option<Self>, Error> {
+        if path.is_empty() {
+            return Ok(None);
+        }
+        let read = |path: &str| {
+            let lights = LightsFile::read(Path::new(path))?;
+            let rig = lights.rig()?;
+            Ok(Self { lights, rig })
+        };
+        let problem = |problem| Error::LightsFile {
+            path: path.to_owned(),
+            problem: Box::new(problem),
+        };
+        read(path).map(Some).map_err(problem)
+    }
+
+    pub(crate) fn solve(&self, capture: &Capture, viewpoint: Viewpoint, saturation: u16) -> Result<Solved, Error> {
+        let stack = convert::stack_of_channels(capture, &self.rig.channels(), saturation)?;
+        let camera = camera(&viewpoint.info)?;
+        stack.dark().require_size_of(
+            &Image::filled(camera.width(), camera.height(), 0_u8),
+            "the images beside their camera_info",
+        )?;
+        let fits = self
+            .lights
+            .require_camera(&viewpoint.camera_name, camera.width(), camera.height());
+        fits.map_err(|problem| Error::LightsFile {
+            path: "lights.file".to_owned(),
+            problem: Box::new(problem),
+        })?;
+        let known = viewpoint.rays.filter(|(of, _)| *of == camera).map(|(_, rays)| rays);
+        let rays = known.unwrap_or_else(|| Arc::new(PixelRays::new(&camera)));
+        let view = View {
+            camera,
+            base_from_camera: viewpoint.base_from_camera,
+        };
+        let capture = photometric::Capture {
+            stack: &stack,
+            view: &view,
+            rays: &rays,
+            rig: &self.rig,
+            noise: SensorNoise::RIG,
+        };
+        let mask = object_mask(&capture, &ObjectMaskOptions::default())?;
+        let solution = near_field_normals(&capture, &mask, None, &NearFieldOptions::default())?;
+        Ok(Solved {
+            object_pixels: mask.count(),
+            few_lights: few_lights(&solution),
+            normals: solution.normals,
+            rays: (camera, rays),
+        })
+    }
+}
+
+/// Pixels with a normal that fewer than three lights reach.
+fn few_lights(solution: &NormalSolution) -> usize {
+    let pixels = solution.normals.pixels().iter().zip(solution.lights_used.pixels());
+    pixels
+        .filter(|(normal, used)| normal[0].is_finite() && **used < 3)
+        .count()
+}
+
+fn camera(info: &CameraInfo) -> Result<PinholeCamera, Error> {
+    let (width, height) = (info.width as usize, info.height as usize);
+    Ok(PinholeCamera::from_camera_info(
+        width,
+        height,
+        &info.k,
+        &info.distortion_model,
+        &info.d,
+    )?)
+}
