@@ -25,6 +25,7 @@
 //! ```
 
 mod calibration;
+mod depth;
 mod directional_light;
 mod error;
 mod exposure_control;
@@ -38,11 +39,13 @@ mod object_mask;
 mod row_solver;
 mod sensor_noise;
 mod solution;
+mod solve_view;
 mod view;
 
 pub use calibration::{
     CalibrationOptions, LightCalibration, LightReport, PlacementReport, TargetView, calibrate_lights,
 };
+pub use depth::{DepthMap, IntegrationInput, IntegrationOptions, integrate};
 pub use directional_light::DirectionalLight;
 pub use error::PhotometricError;
 pub use exposure_control::{Brightness, ExposureAdvice};
@@ -54,4 +57,5 @@ pub use nominal_rig::{PanelLight, nominal_panels};
 pub use object_mask::{ObjectMaskOptions, object_mask};
 pub use sensor_noise::SensorNoise;
 pub use solution::{Capture, NormalSolution};
+pub use solve_view::{SolveOptions, ViewSolution, solve_view};
 pub use view::{PixelRays, View};

@@ -10,8 +10,7 @@ use anyhow::{Context, anyhow};
 use calibration_files::LightsFile;
 use clap::Args;
 use photometric::{
-    Capture, LightRig, NearFieldOptions, NormalSolution, ObjectMaskOptions, PhotometricError, SensorNoise,
-    near_field_normals, object_mask,
+    Capture, LightRig, NormalSolution, PhotometricError, SensorNoise, SolveOptions, ViewSolution, solve_view,
 };
 use recording::Bag;
 
@@ -63,7 +62,10 @@ fn solve_bag(arguments: &Arguments) -> Result<(), Failure> {
         }
         let started = Instant::now();
         let solution = solve(&captured, &rig)?;
-        println!("{}", summary(&captured, &solution, started.elapsed().as_secs_f64()));
+        println!(
+            "{}",
+            summary(&captured, &solution.normals, started.elapsed().as_secs_f64())
+        );
         if let Some(folder) = &arguments.png {
             pictures::write(folder, &captured, &solution)?;
         }
@@ -92,7 +94,7 @@ fn finish(solved: usize, problems: &[String]) -> Result<(), Failure> {
     }
 }
 
-fn solve(captured: &Captured, rig: &LightRig) -> Result<NormalSolution, PhotometricError> {
+fn solve(captured: &Captured, rig: &LightRig) -> Result<ViewSolution, PhotometricError> {
     let capture = Capture {
         stack: &captured.stack,
         view: &captured.view,
@@ -100,8 +102,7 @@ fn solve(captured: &Captured, rig: &LightRig) -> Result<NormalSolution, Photomet
         rig,
         noise: SensorNoise::RIG,
     };
-    let mask = object_mask(&capture, &ObjectMaskOptions::default())?;
-    near_field_normals(&capture, &mask, None, &NearFieldOptions::default())
+    solve_view(&capture, &SolveOptions::default())
 }
 
 /// A line about a solved view.

@@ -6,7 +6,7 @@ use imaging::{Image, Pixel};
 use interfaces::sensor_msgs::msg::Image as ImageMessage;
 use interfaces::std_msgs::msg::Header;
 use interfaces::{ByteSequence, Message, cdr};
-use photometric::NormalSolution;
+use photometric::ViewSolution;
 use recording::{BagWriter, OfferedQos, RecordingError};
 
 use crate::captured::Captured;
@@ -23,13 +23,15 @@ impl Output {
     }
 
     /// Writes a view's results, stamped like the capture's first image.
-    pub(super) fn add(&mut self, captured: &Captured, solution: &NormalSolution) -> anyhow::Result<()> {
+    pub(super) fn add(&mut self, captured: &Captured, solution: &ViewSolution) -> anyhow::Result<()> {
         let camera = &captured.camera;
         let header = &captured.header;
-        self.put(&format!("{camera}/normals"), "32FC3", header, &solution.normals)?;
-        self.put(&format!("{camera}/confidence"), "32FC1", header, &solution.confidence)?;
-        self.put(&format!("{camera}/albedo"), "32FC1", header, &solution.albedo)?;
-        self.put(&format!("{camera}/shadows"), "mono8", header, &solution.shadows)?;
+        let ViewSolution { normals, depth } = solution;
+        self.put(&format!("{camera}/normals"), "32FC3", header, &normals.normals)?;
+        self.put(&format!("{camera}/depth"), "32FC1", header, &depth.depth)?;
+        self.put(&format!("{camera}/confidence"), "32FC1", header, &normals.confidence)?;
+        self.put(&format!("{camera}/albedo"), "32FC1", header, &normals.albedo)?;
+        self.put(&format!("{camera}/shadows"), "mono8", header, &normals.shadows)?;
         Ok(())
     }
 

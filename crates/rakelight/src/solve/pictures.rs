@@ -4,14 +4,14 @@ use std::path::Path;
 
 use anyhow::Context;
 use imaging::{Image, contact_sheet, encode_png, gray_picture, gray_to_rgb, normal_picture};
-use photometric::NormalSolution;
+use photometric::ViewSolution;
 
 use crate::captured::Captured;
 
 /// White pixels between the pictures of a sheet.
 const GAP: usize = 6;
 
-pub(super) fn write(folder: &Path, captured: &Captured, solution: &NormalSolution) -> anyhow::Result<()> {
+pub(super) fn write(folder: &Path, captured: &Captured, solution: &ViewSolution) -> anyhow::Result<()> {
     let name = format!("{}_{}", captured.id, captured.camera_name());
     let put = |what: &str, picture: &Image<[u8; 3]>| -> anyhow::Result<()> {
         let path = folder.join(format!("{name}_{what}.png"));
@@ -26,9 +26,23 @@ pub(super) fn write(folder: &Path, captured: &Captured, solution: &NormalSolutio
     if let Some(sheet) = contact_sheet(&pictures, 4, GAP) {
         put("lights", &sheet)?;
     }
-    put("normals", &normal_picture(&solution.normals))?;
+    put("normals", &normal_picture(&solution.normals.normals))?;
     put(
         "confidence",
-        &gray_to_rgb(&gray_picture(&solution.confidence, 0.0, 1.0)?),
-    )
+        &gray_to_rgb(&gray_picture(&solution.normals.confidence, 0.0, 1.0)?),
+    );
+    put("relief", &gray_to_rgb(&relief(&solution.depth.depth)))
+}
+
+/// Depth as if lit from the top left: what turns towards it is bright; black where there is none.
+fn relief(depth: &Image<f32>) -> Image<u8> {
+    let at = |x: usize, y: usize| depth.get(x, y).copied().unwrap_or(f32::NAN);
+    Image::from_fn(depth.width(), depth.height(), |x, y| {
+        let here = at(x, y);
+        let (across, down) = (at(x + 1, y) - here, at(x, y + 1) - here);
+        // Depth falls towards the light; a pixel is some 0.25 mm wide.
+        let slope = -(across + down) / 0.25e-3;
+        let lit = (0.6 - slope * 0.3) / (1.0 + slope * slope).sqrt();
+        (lit * 255.0).clamp(0.0, 255.0) as u8
+    })
 }

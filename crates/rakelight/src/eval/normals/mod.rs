@@ -12,14 +12,14 @@ use anyhow::{Context, anyhow};
 use calibration_files::LightsFile;
 use clap::Args;
 use photometric::{
-    CalibrationOptions, Capture, DirectionalLight, LeastSquaresOptions, LightRig, NearFieldOptions, ObjectMaskOptions,
-    PixelRays, SensorNoise, TargetView, calibrate_lights, least_squares_normals, near_field_normals, object_mask,
+    CalibrationOptions, Capture, DirectionalLight, LeastSquaresOptions, LightRig, PixelRays, SensorNoise, SolveOptions,
+    TargetView, calibrate_lights, least_squares_normals, solve_view,
 };
 use rig_scenes::{CapturedView, SceneFolder, Truth, find_scenes};
 use serde::Serialize;
 
 use crate::failure::Failure;
-use score::Score;
+use score::{DepthScore, Score};
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -32,6 +32,9 @@ pub(crate) struct Arguments {
     /// Only scenes of this name, such as `octagon2`.
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
+    /// Times that normals are solved again with the depth found before.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    feedback: usize,
     /// Tell the figures as one JSON object.
     #[arg(long)]
     json: bool,
@@ -45,6 +48,8 @@ struct Row {
     normals: Score,
     /// Plain least squares with one direction per light, on the same pixels.
     least_squares: Score,
+    /// None where no part was seen to stand on the table.
+    depth: Option<DepthScore>,
     seconds: f64,
 }
 
@@ -76,7 +81,7 @@ fn evaluate(arguments: &Arguments) -> Result<(), Failure> {
     {
         for view in scene.views()? {
             let Some(truth) = &view.truth else { continue };
-            let row = score(scene.name(), &view, truth, &rig)?;
+            let row = score(scene.name(), &view, truth, &rig, arguments.feedback)?;
             if !arguments.json {
                 println!("{}", row.for_people());
             }
@@ -141,7 +146,7 @@ fn calibrated(scenes: &[SceneFolder]) -> Result<LightRig, Failure> {
     }
 }
 
-fn score(scene: String, view: &CapturedView, truth: &Truth, rig: &LightRig) -> anyhow::Result<Row> {
+fn score(scene: String, view: &CapturedView, truth: &Truth, rig: &LightRig, feedback: usize) -> anyhow::Result<Row> {
     let rays = PixelRays::new(&view.view.camera);
     let capture = Capture {
         stack: &view.stack,
@@ -151,15 +156,19 @@ fn score(scene: String, view: &CapturedView, truth: &Truth, rig: &LightRig) -> a
         noise: SensorNoise::RIG,
     };
     let started = Instant::now();
-    let mask = object_mask(&capture, &ObjectMaskOptions::default())?;
-    let solution = near_field_normals(&capture, &mask, None, &NearFieldOptions::default())?;
+    let options = SolveOptions {
+        feedback,
+        ..SolveOptions::default()
+    };
+    let solution = solve_view(&capture, &options)?;
     let seconds = started.elapsed().as_secs_f64();
     let plain = least_squares_normals(&view.stack, &directional(rig)?, &LeastSquaresOptions::default())?;
     Ok(Row {
         scene,
         camera: view.camera.clone(),
-        normals: Score::of(&solution.normals, truth, &view.mask),
+        normals: Score::of(&solution.normals.normals, truth, &view.mask),
         least_squares: Score::of(&plain.normals, truth, &view.mask),
+        depth: DepthScore::of(&solution.depth, truth, &view.mask),
         seconds,
     })
 }
@@ -176,8 +185,11 @@ fn directional(rig: &LightRig) -> anyhow::Result<Vec<DirectionalLight>> {
 
 impl Row {
     fn for_people(&self) -> String {
+        let depth = self
+            .depth
+            .map_or_else(|| "no depth".to_owned(), |depth| depth.to_string());
         format!(
-            "{:16} {}  {}   plain least squares {:5.2}   {:.0} ms",
+            "{:16} {}  {}   plain least squares {:5.2}   depth {depth}   {:.0} ms",
             self.scene,
             self.camera,
             self.normals,

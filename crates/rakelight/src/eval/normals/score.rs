@@ -3,6 +3,7 @@
 use std::fmt;
 
 use imaging::{Image, Mask};
+use photometric::DepthMap;
 use rig_scenes::Truth;
 use serde::Serialize;
 
@@ -60,6 +61,49 @@ impl fmt::Display for Score {
             f,
             "mean {:5.2} ({:5.2})  median {:5.2}  p95 {:5.1}  below 20 degrees {:5.1} %  coverage {:5.1} %",
             self.mean, self.std, self.median, self.p95, self.below_20, self.coverage
+        )
+    }
+}
+
+/// Depth over the object's pixels, millimetres, after one offset is taken off.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct DepthScore {
+    pub(super) mean: f64,
+    pub(super) max: f64,
+    /// The offset: the median difference.
+    pub(super) offset: f64,
+    /// Share of the pixels that have a depth, per cent.
+    pub(super) coverage: f64,
+}
+
+impl DepthScore {
+    /// None when no pixel has a depth.
+    pub(super) fn of(found: &DepthMap, truth: &Truth, mask: &Mask) -> Option<Self> {
+        let pairs = found.depth.pixels().iter().zip(truth.depth.pixels());
+        let inside = pairs.zip(mask.as_image().pixels()).filter(|(_, inside)| **inside != 0);
+        let mut off: Vec<f64> = inside
+            .map(|((found, truth), _)| 1e3 * f64::from(found - truth))
+            .filter(|off| off.is_finite())
+            .collect();
+        off.sort_by(f64::total_cmp);
+        let offset = *off.get(off.len() / 2)?;
+        let count = off.len() as f64;
+        let errors = off.iter().map(|off| (off - offset).abs());
+        Some(Self {
+            mean: errors.clone().sum::<f64>() / count,
+            max: errors.fold(0.0, f64::max),
+            offset,
+            coverage: 100.0 * count / mask.count().max(1) as f64,
+        })
+    }
+}
+
+impl fmt::Display for DepthScore {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:.3} mm (max {:.2}, offset {:+.2})",
+            self.mean, self.max, self.offset
         )
     }
 }
