@@ -8,6 +8,8 @@ use super::links::Surface;
 
 /// Where an object's outline is seen to stand on the table: this share of its border pixels lies lowest.
 const CONTACT_SHARE: f64 = 0.05;
+/// Pixels along the border that mix with the mat, at most.
+const MIXED: isize = 2;
 /// Parts of fewer pixels have too short a border to stand on.
 const LEAST_PIXELS: usize = 50;
 
@@ -62,16 +64,25 @@ fn around(surface: &Surface, index: usize) -> [Option<usize>; 4] {
     ]
 }
 
+/// Whether a pixel lies just inside the border: the outermost pixels mix with the mat, their normals mean little.
+fn is_rim(surface: &Surface, index: usize) -> bool {
+    let (x, y) = (index % surface.width, index / surface.width);
+    let inside = |dx: isize, dy: isize| {
+        let (x, y) = (x.checked_add_signed(dx), y.checked_add_signed(dy));
+        let at = x.zip(y).filter(|&(x, y)| x < surface.width && y < surface.height);
+        at.is_some_and(|(x, y)| surface.is_inside(y * surface.width + x))
+    };
+    let all_at = |d: isize| {
+        [(d, 0), (-d, 0), (0, d), (0, -d)]
+            .into_iter()
+            .all(|(dx, dy)| inside(dx, dy))
+    };
+    (1..=MIXED).all(all_at) && !all_at(MIXED + 2)
+}
+
 /// What turns exp(u) into metres, so that the lowest of the part's border stands on z = 0: every border pixel has a
 /// scale at which it would, and the least of them, but for outliers, is the part's.
 fn scale(input: &IntegrationInput<'_>, surface: &Surface, log_depth: &[f32], part: &[usize]) -> Option<f64> {
-    let is_border = |index: usize| {
-        let neighbours = around(surface, index);
-        neighbours
-            .into_iter()
-            .flatten()
-            .any(|neighbour| !surface.is_inside(neighbour))
-    };
     let camera = input.view.centre();
     let scale_of = |index: usize| {
         let [x, y] = input.rays.ideal().pixels()[index];
@@ -85,7 +96,7 @@ fn scale(input: &IntegrationInput<'_>, surface: &Surface, log_depth: &[f32], par
     let mut scales: Vec<f64> = part
         .iter()
         .copied()
-        .filter(|&index| is_border(index))
+        .filter(|&index| is_rim(surface, index))
         .filter_map(scale_of)
         .collect();
     if scales.is_empty() {
