@@ -30,7 +30,7 @@ pub(super) fn write(folder: &Path, captured: &Captured, solution: &ViewSolution)
     put(
         "confidence",
         &gray_to_rgb(&gray_picture(&solution.normals.confidence, 0.0, 1.0)?),
-    );
+    )?;
     put("relief", &gray_to_rgb(&relief(&solution.depth.depth)))
 }
 
