@@ -2,7 +2,8 @@
 
 use glam::{Mat3, Vec3};
 
-use super::light_field::{LightAt, MAX_PANELS};
+use super::lanes::Lanes;
+use super::light_field::LightAt;
 
 /// Three lights and the matrix that turns their samples into a scaled normal.
 #[derive(Debug, Clone, Copy)]
@@ -15,12 +16,12 @@ pub(crate) struct Triple {
 const LEAST_DETERMINANT: f32 = 0.03;
 
 /// The usable triples among the first `count` lights.
-pub(crate) fn triples(lights: &[LightAt; MAX_PANELS], count: usize) -> Vec<Triple> {
+pub(crate) fn triples(lights: &LightAt, count: usize) -> Vec<Triple> {
     let mut found = Vec::with_capacity(35);
     for a in 0..count {
         for b in a + 1..count {
             for c in b + 1..count {
-                let rows = [a, b, c].map(|light| lights[light].vector);
+                let rows = [a, b, c].map(|light| lights.vector.get(light));
                 let volume = rows[0].cross(rows[1]).dot(rows[2]);
                 let size = rows[0].length() * rows[1].length() * rows[2].length();
                 if volume.abs() > LEAST_DETERMINANT * size {
@@ -38,8 +39,8 @@ pub(crate) fn triples(lights: &[LightAt; MAX_PANELS], count: usize) -> Vec<Tripl
 impl Triple {
     /// The scaled normal that gives these samples under the three lights.
     #[inline]
-    pub(crate) fn scaled_normal(&self, signal: &[f32; MAX_PANELS]) -> Vec3 {
-        let [a, b, c] = self.lights.map(|light| signal[usize::from(light)]);
+    pub(crate) fn scaled_normal(&self, signal: &Lanes) -> Vec3 {
+        let [a, b, c] = self.lights.map(|light| signal.as_array()[usize::from(light)]);
         self.inverse * Vec3::new(a, b, c)
     }
 }

@@ -3,6 +3,7 @@
 mod candidates;
 mod coupling;
 mod gain;
+mod lanes;
 mod light_field;
 mod pixel;
 mod samples;

@@ -2,30 +2,40 @@
 
 use glam::{Mat3, Vec3};
 
-use super::light_field::{LightAt, MAX_PANELS};
+use super::lanes::{Lanes, VectorLanes};
+use super::light_field::LightAt;
 
 /// The model is good to this share of a prediction; panels are not quite uniform, surfaces not quite matte.
 const MODEL_ERROR: f32 = 0.015;
-/// Light bounced by the object itself is taken to be up to some of this share of the pixel's brightest sample.
-const BOUNCE_SHARE: f32 = 0.03;
 /// From so many sigmas on more light than predicted is taken for bounced light (the scale of Cauchy's function).
 const BOUNCE_TAIL: f32 = 3.0;
 /// What it costs to call a light blocked, in units of half a squared sigma.
 const SHADOW_COST: f32 = 6.0;
+/// What it costs beyond that when some of the light is there: a panel's half-shadow is narrow.
+const HALF_SHADOW_COST: f32 = 2.0;
+/// A light that gives less than this share of the brightest sample is as good as below the horizon.
+const BELOW_HORIZON: f32 = 0.006;
 /// A surface seen in the image faces the camera.
 const AWAY_COST: f32 = 40.0;
+/// Longest step of a fit, radians.
+const LONGEST_STEP: f32 = 0.35;
 
-/// One pixel's samples.
+/// One pixel's samples; lanes without a panel, or with a saturated sample, have `valid` 0.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pixel {
+    /// Panels of the rig.
     pub(crate) count: usize,
-    /// Dark-subtracted, in units of the gain (irradiance times albedo); NaN when saturated.
-    pub(crate) signal: [f32; MAX_PANELS],
+    /// Dark-subtracted, in units of the gain (irradiance times albedo).
+    pub(crate) signal: Lanes,
     /// Their variance by noise alone.
-    pub(crate) variance: [f32; MAX_PANELS],
-    pub(crate) lights: [LightAt; MAX_PANELS],
-    /// Light of the room: constant, linear.
-    pub(crate) bounce: [(f32, Vec3); MAX_PANELS],
+    pub(crate) variance: Lanes,
+    /// 1 or 0.
+    pub(crate) valid: Lanes,
+    pub(crate) lights: LightAt,
+    /// Light of the room: constant.
+    pub(crate) room: Lanes,
+    /// Light of the room: linear in the normal.
+    pub(crate) room_linear: VectorLanes,
     /// From the surface to the camera.
     pub(crate) to_camera: Vec3,
     /// Brightest sample.
@@ -47,81 +57,71 @@ pub(crate) struct Estimate {
     pub(crate) used: u8,
 }
 
-/// One light's part of the cost.
-struct Term {
-    cost: f32,
-    /// Weight of the squared misfit in the next Gauss-Newton step; 0 in shadow.
-    weight: f32,
-    shadow: bool,
+/// Every light's prediction and what it is worth.
+#[derive(Clone, Copy)]
+struct Terms {
+    direct: Lanes,
+    /// Of the panel that is above the horizon.
+    share: Lanes,
+    room: Lanes,
+    misfit: Lanes,
+    cost: Lanes,
+    /// Of the squared misfit in the next Gauss-Newton step; 0 in shadow.
+    weight: Lanes,
 }
 
 impl Pixel {
-    /// Light of the room on a normal.
     #[inline]
-    pub(crate) fn bounce_of(&self, light: usize, normal: Vec3) -> f32 {
-        let (constant, linear) = self.bounce[light];
-        (constant + linear.dot(normal)).max(0.0)
-    }
-
-    /// Cost of a sample against the direct and the room's light.
-    #[inline]
-    fn term(&self, light: usize, direct: f32, room: f32) -> Term {
-        let signal = self.signal[light];
-        let misfit = signal - direct - room;
-        let model = MODEL_ERROR * (direct + room);
-        let variance = self.variance[light] + model * model;
-        if misfit <= 0.0 {
-            let square = misfit * misfit / variance;
-            // A light cannot be taken away but by shadow; in the half-shadow of a panel it is there in part.
-            let blocked = SHADOW_COST + if signal - room > 0.2 * direct { 2.0 } else { 0.0 };
-            if 0.5 * square < blocked {
-                return Term {
-                    cost: 0.5 * square,
-                    weight: 1.0 / variance,
-                    shadow: false,
-                };
-            }
-            return Term {
-                cost: blocked,
-                weight: 0.0,
-                shadow: true,
-            };
-        }
+    fn terms(&self, normal: Vec3, albedo: f32) -> Terms {
+        let (irradiance, share) = self.lights.irradiance(normal);
+        let direct = irradiance * albedo;
+        let room = (self.room + self.room_linear.dot(normal)).fast_max(Lanes::ZERO) * albedo;
+        let predicted = direct + room;
+        let misfit = self.signal - predicted;
+        let model = predicted * MODEL_ERROR;
+        let certainty = self.valid / (self.variance + model * model);
+        let square = misfit * misfit * certainty;
+        // A light cannot be taken away but by shadow; in the half-shadow of a panel it is there in part.
+        let is_half = (self.signal - room).simd_gt(direct * 0.2);
+        let blocked = Lanes::splat(SHADOW_COST) + is_half.blend(Lanes::splat(HALF_SHADOW_COST), Lanes::ZERO);
         // More light than predicted comes from neighbouring surfaces: rare when large, so its tail is long.
-        let bounced = BOUNCE_SHARE * self.brightest;
-        let square = misfit * misfit / variance;
-        let tail = 1.0 + square / (BOUNCE_TAIL * BOUNCE_TAIL);
-        let (cost, weight) = (0.5 * BOUNCE_TAIL * BOUNCE_TAIL * tail.ln(), 1.0 / (variance * tail));
-        Term {
-            cost,
-            weight,
-            shadow: direct < bounced * 0.2,
+        let tail = Lanes::ONE + square * (1.0 / (BOUNCE_TAIL * BOUNCE_TAIL));
+        let half_square = square * 0.5;
+        let is_darker = misfit.simd_le(Lanes::ZERO);
+        let is_blocked = is_darker & half_square.simd_ge(blocked);
+        let brighter = tail.ln() * (0.5 * BOUNCE_TAIL * BOUNCE_TAIL);
+        let weight = is_darker.blend(certainty, certainty / tail);
+        Terms {
+            direct,
+            share,
+            room,
+            misfit,
+            cost: is_darker.blend(half_square.fast_min(blocked), brighter),
+            weight: is_blocked.blend(Lanes::ZERO, weight),
         }
     }
 
     /// Cost of a unit normal with an albedo.
     #[inline]
     pub(crate) fn cost(&self, normal: Vec3, albedo: f32) -> f32 {
-        let mut cost = AWAY_COST * (-normal.dot(self.to_camera)).max(0.0);
-        for light in 0..self.count {
-            if self.signal[light].is_nan() {
-                continue;
-            }
-            let direct = albedo * self.lights[light].irradiance(normal);
-            let room = albedo * self.bounce_of(light, normal);
-            cost += self.term(light, direct, room).cost;
-        }
-        cost
+        self.away(normal) + self.terms(normal, albedo).cost.reduce_add()
+    }
+
+    #[inline]
+    fn away(&self, normal: Vec3) -> f32 {
+        AWAY_COST * (-normal.dot(self.to_camera)).max(0.0)
     }
 
     /// Gauss-Newton steps on the sphere from a normal; `prior` is the inverse variance of the log albedo about 0.
+    #[inline]
     pub(crate) fn refine(&self, start: Vec3, albedo: f32, prior: f32, steps: usize) -> Estimate {
         let (mut normal, mut albedo) = (start, albedo);
         for _ in 0..steps {
-            let (matrix, right) = self.normal_equations(normal, albedo, prior);
+            let terms = self.terms(normal, albedo);
+            let (matrix, right) = self.normal_equations(&terms, normal, albedo, prior);
             let Some(step) = solve(matrix, right) else { break };
             let (tangent, across) = tangents(normal);
-            let limited = step * (0.35 / step.length().max(0.35));
+            let limited = step * (LONGEST_STEP / step.length().max(LONGEST_STEP));
             normal = (normal + tangent * limited.x + across * limited.y).normalize();
             albedo = (albedo * limited.z.exp()).clamp(1e-3, 1e9);
         }
@@ -129,63 +129,54 @@ impl Pixel {
     }
 
     /// Rows: two tangent directions, log albedo.
-    fn normal_equations(&self, normal: Vec3, albedo: f32, prior: f32) -> (Mat3, Vec3) {
+    #[inline]
+    fn normal_equations(&self, terms: &Terms, normal: Vec3, albedo: f32, prior: f32) -> (Mat3, Vec3) {
         let (tangent, across) = tangents(normal);
-        let mut matrix = Mat3::from_diagonal(Vec3::new(1e-3, 1e-3, prior));
-        let mut right = Vec3::new(0.0, 0.0, -prior * albedo.ln());
-        for light in 0..self.count {
-            if self.signal[light].is_nan() {
-                continue;
-            }
-            let (irradiance, gradient) = self.lights[light].gradient(normal);
-            let (direct, room) = (albedo * irradiance, albedo * self.bounce_of(light, normal));
-            let term = self.term(light, direct, room);
-            if term.weight <= 0.0 {
-                continue;
-            }
-            let gradient = (gradient + self.bounce[light].1) * albedo;
-            let row = Vec3::new(gradient.dot(tangent), gradient.dot(across), direct + room);
-            let misfit = self.signal[light] - direct - room;
-            matrix += outer(row, row * term.weight);
-            right += row * (term.weight * misfit);
-        }
+        let slope = |direction: Vec3| {
+            (terms.share * self.lights.vector.dot(direction) + self.room_linear.dot(direction)) * albedo
+        };
+        let (along, aside, bright) = (slope(tangent), slope(across), terms.direct + terms.room);
+        let (weighted, held) = (along * terms.weight, aside * terms.weight);
+        let shining = bright * terms.weight;
+        let (xy, xz) = ((weighted * aside).reduce_add(), (weighted * bright).reduce_add());
+        let yz = (held * bright).reduce_add();
+        let matrix = Mat3::from_cols(
+            Vec3::new((weighted * along).reduce_add() + 1e-3, xy, xz),
+            Vec3::new(xy, (held * aside).reduce_add() + 1e-3, yz),
+            Vec3::new(xz, yz, (shining * bright).reduce_add() + prior),
+        );
+        let right = Vec3::new(
+            (weighted * terms.misfit).reduce_add(),
+            (held * terms.misfit).reduce_add(),
+            (shining * terms.misfit).reduce_add() - prior * albedo.ln(),
+        );
         (matrix, right)
     }
 
     /// What is known at a normal.
+    #[inline]
     pub(crate) fn estimate(&self, normal: Vec3, albedo: f32, prior: f32) -> Estimate {
-        let mut result = Estimate {
+        let terms = self.terms(normal, albedo);
+        let (matrix, _) = self.normal_equations(&terms, normal, albedo, prior);
+        let is_valid = self.valid.simd_gt(Lanes::ZERO);
+        let dim = Lanes::splat(BELOW_HORIZON * self.brightest);
+        let is_used = is_valid & terms.weight.simd_gt(Lanes::ZERO) & terms.direct.simd_ge(dim);
+        let square = is_used.blend(terms.misfit * terms.misfit * terms.weight, Lanes::ZERO);
+        let (valid, used) = (is_valid.to_bitmask() as u8, is_used.to_bitmask() as u8);
+        Estimate {
             normal,
             albedo,
-            cost: AWAY_COST * (-normal.dot(self.to_camera)).max(0.0) + 0.5 * prior * albedo.ln().powi(2),
-            shadows: 0,
-            information: Mat3::ZERO,
-            misfit: 0.0,
-            used: 0,
-        };
-        for light in 0..self.count {
-            if self.signal[light].is_nan() {
-                continue;
-            }
-            let (irradiance, _) = self.lights[light].gradient(normal);
-            let (direct, room) = (albedo * irradiance, albedo * self.bounce_of(light, normal));
-            let term = self.term(light, direct, room);
-            result.cost += term.cost;
-            if term.shadow {
-                result.shadows |= 1 << light;
-                continue;
-            }
-            let misfit = self.signal[light] - direct - room;
-            result.misfit += misfit * misfit * term.weight;
-            result.used += 1;
+            cost: self.away(normal) + 0.5 * prior * albedo.ln().powi(2) + terms.cost.reduce_add(),
+            shadows: valid & !used,
+            information: on_sphere(matrix, normal),
+            misfit: square.reduce_add(),
+            used: used.count_ones() as u8,
         }
-        let (matrix, _) = self.normal_equations(normal, albedo, prior);
-        result.information = on_sphere(matrix, normal);
-        result
     }
 }
 
 /// The tangential part of the normal equations with the albedo eliminated, as a 3 x 3 matrix in base axes.
+#[inline]
 fn on_sphere(matrix: Mat3, normal: Vec3) -> Mat3 {
     let (tangent, across) = tangents(normal);
     let to_albedo = matrix.z_axis;

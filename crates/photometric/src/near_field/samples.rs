@@ -3,7 +3,8 @@
 use glam::{Mat3, Vec3};
 use imaging::Image;
 
-use super::light_field::{LightAt, LightField, MAX_PANELS, to_glam};
+use super::lanes::{Lanes, MAX_PANELS, VectorLanes};
+use super::light_field::{LightField, to_glam};
 use super::pixel::Pixel;
 use crate::error::PhotometricError;
 use crate::solution::Capture;
@@ -16,7 +17,8 @@ pub(crate) struct Samples<'a> {
     capture: &'a Capture<'a>,
     field: LightField,
     images: Vec<&'a Image<u16>>,
-    bounce: [(f32, Vec3); MAX_PANELS],
+    room: Lanes,
+    room_linear: VectorLanes,
     depth: Option<&'a Image<f32>>,
     rotation: Mat3,
     centre: Vec3,
@@ -45,9 +47,10 @@ impl<'a> Samples<'a> {
             .into_iter()
             .map(image)
             .collect::<Result<_, _>>()?;
-        let mut bounce = [(0.0, Vec3::ZERO); MAX_PANELS];
-        for (slot, panel) in bounce.iter_mut().zip(panels) {
-            *slot = (panel.bounce.constant as f32, to_glam(&panel.bounce.linear));
+        let (mut room, mut room_linear) = (Lanes::ZERO, VectorLanes::default());
+        for (lane, panel) in panels.iter().enumerate() {
+            room.as_mut_array()[lane] = panel.bounce.constant as f32;
+            room_linear.set(lane, to_glam(&panel.bounce.linear));
         }
         let rotation = capture.view.rotation();
         let column = |index: usize| to_glam(&rotation.column(index).into_owned());
@@ -55,7 +58,8 @@ impl<'a> Samples<'a> {
             capture,
             field: LightField::new(capture),
             images,
-            bounce,
+            room,
+            room_linear,
             depth,
             rotation: Mat3::from_cols(column(0), column(1), column(2)),
             centre: to_glam(&capture.view.centre().coords),
@@ -77,14 +81,15 @@ impl<'a> Samples<'a> {
         let height = self.height(index, ray);
         let mut pixel = Pixel {
             count: self.images.len(),
-            signal: [f32::NAN; MAX_PANELS],
-            variance: [1.0; MAX_PANELS],
-            lights: [LightAt::default(); MAX_PANELS],
-            bounce: self.bounce,
+            signal: Lanes::ZERO,
+            variance: Lanes::ONE,
+            valid: Lanes::ZERO,
+            lights: self.field.at(x, y, height),
+            room: self.room,
+            room_linear: self.room_linear,
             to_camera: -ray.normalize(),
             brightest: 0.0,
         };
-        self.field.at(x, y, height, &mut pixel.lights);
         self.read(index, gain, &mut pixel);
         Some(pixel)
     }
@@ -101,14 +106,16 @@ impl<'a> Samples<'a> {
     fn read(&self, index: usize, gain: f32, pixel: &mut Pixel) {
         let dark = self.capture.stack.dark().pixels()[index];
         let saturation = self.capture.stack.saturation();
-        for (light, image) in self.images.iter().enumerate() {
+        let (signal, valid) = (pixel.signal.as_mut_array(), pixel.valid.as_mut_array());
+        let variance = pixel.variance.as_mut_array();
+        for (lane, image) in self.images.iter().enumerate() {
             let raw = image.pixels()[index];
-            let variance = self.capture.noise.difference_variance(f32::from(raw), f32::from(dark));
-            pixel.variance[light] = variance / (gain * gain);
+            let of_noise = self.capture.noise.difference_variance(f32::from(raw), f32::from(dark));
+            variance[lane] = of_noise / (gain * gain);
             if raw < saturation {
-                let signal = (f32::from(raw) - f32::from(dark)) / gain;
-                pixel.signal[light] = signal;
-                pixel.brightest = pixel.brightest.max(signal);
+                signal[lane] = (f32::from(raw) - f32::from(dark)) / gain;
+                valid[lane] = 1.0;
+                pixel.brightest = pixel.brightest.max(signal[lane]);
             }
         }
     }

@@ -25,15 +25,19 @@ impl Default for NearFieldOptions {
     fn default() -> Self {
         Self {
             coupling: 800.0,
-            rounds: 3,
+            rounds: 1,
         }
     }
 }
 
 /// Directions tried at pixels that no three lights explain.
-const DIRECTIONS: usize = 400;
+const DIRECTIONS: usize = 100;
 /// A pixel is explained when its cost is below this.
 const EXPLAINED: f32 = 16.0;
+/// Pixels between those that are fitted with all hypotheses.
+const SPARSE: usize = 4;
+/// A neighbour's normal is as good here as there when it costs no more than this beyond: less than a shadow.
+const AS_WELL: f32 = 4.0;
 /// Smoothing steps in a round.
 const STEPS: usize = 6;
 
@@ -61,7 +65,7 @@ pub fn near_field_normals(
         slot[index as usize] = position as u32;
     }
     let rough = directions(DIRECTIONS);
-    let mut estimates = fit_all(&samples, &inside, gain, &rough);
+    let mut estimates = fit_all(&samples, &inside, &slot, gain, &rough);
     for _ in 0..options.rounds {
         let mut normals: Vec<Vec3> = estimates.iter().map(|estimate| estimate.normal).collect();
         for _ in 0..STEPS {
@@ -79,24 +83,64 @@ pub fn near_field_normals(
     Ok(output(capture, mask, &inside, &estimates, gain.value))
 }
 
-/// Every pixel by itself.
-fn fit_all(samples: &Samples<'_>, inside: &[u32], gain: Gain, rough: &[Vec3]) -> Vec<Estimate> {
-    let fit_tile = |tile: &[u32]| -> Vec<Estimate> {
-        let mut tried: Vec<Triple> = Vec::new();
-        tile.iter()
-            .map(|&index| {
-                let Some(pixel) = samples.pixel(index as usize, gain.value) else {
-                    return unknown();
-                };
-                if tried.is_empty() {
-                    tried = triples(&pixel.lights, pixel.count);
-                }
-                fit(&pixel, gain, &tried, rough)
-            })
-            .collect()
+/// Every pixel by itself: first a sparse lattice of pixels with all hypotheses, then the others, for which the lattice's
+/// normals around them are hypotheses enough where one of these explains the samples as well as there.
+fn fit_all(samples: &Samples<'_>, inside: &[u32], slot: &[u32], gain: Gain, rough: &[Vec3]) -> Vec<Estimate> {
+    let width = samples.width();
+    let is_sparse = |index: usize| (index % width).is_multiple_of(SPARSE) && (index / width).is_multiple_of(SPARSE);
+    let mut estimates = vec![unknown(); inside.len()];
+    let sparse: Vec<u32> = inside.iter().copied().filter(|&index| is_sparse(index as usize)).collect();
+    let fitted: Vec<Estimate> = sparse
+        .par_iter()
+        .with_min_len(64)
+        .map(|&index| fit_freely(samples, index as usize, gain, rough))
+        .collect();
+    for (&index, estimate) in sparse.iter().zip(fitted) {
+        estimates[slot[index as usize] as usize] = estimate;
+    }
+    let known = &estimates;
+    let fit_other = |(own, &index): (usize, &u32)| {
+        let index = index as usize;
+        if is_sparse(index) {
+            return known[own];
+        }
+        let around = lattice_around(index, width, slot).map(|slot| known[slot]);
+        fit_near(samples, index, gain, around).unwrap_or_else(|| fit_freely(samples, index, gain, rough))
     };
-    // Lights hardly change over a few neighbouring pixels of a row, so these share their triples.
-    inside.par_chunks(16).with_min_len(16).flat_map_iter(fit_tile).collect()
+    inside.par_iter().enumerate().with_min_len(256).map(fit_other).collect()
+}
+
+/// Slots of the lattice's pixels at the corners of a pixel's cell.
+fn lattice_around(index: usize, width: usize, slot: &[u32]) -> impl Iterator<Item = usize> {
+    let (x, y) = (index % width / SPARSE * SPARSE, index / width / SPARSE * SPARSE);
+    let corners = [(x, y), (x + SPARSE, y), (x, y + SPARSE), (x + SPARSE, y + SPARSE)];
+    corners.into_iter().filter_map(move |(x, y)| {
+        let slot = (x < width).then(|| slot.get(y * width + x).copied()).flatten()?;
+        (slot != u32::MAX).then_some(slot as usize)
+    })
+}
+
+/// The best of some normals, refined; none when it explains the samples less well than it did where it came from.
+fn fit_near(
+    samples: &Samples<'_>,
+    index: usize,
+    gain: Gain,
+    around: impl Iterator<Item = Estimate>,
+) -> Option<Estimate> {
+    let pixel = samples.pixel(index, gain.value)?;
+    let judged = around
+        .filter(|estimate| estimate.cost < EXPLAINED)
+        .map(|estimate| (pixel.cost(estimate.normal, estimate.albedo), estimate));
+    let (_, best) = judged.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let refined = pixel.refine(best.normal, best.albedo, gain.prior, 2);
+    (refined.cost < best.cost + AS_WELL && refined.used >= 3).then_some(refined)
+}
+
+/// A pixel with all hypotheses.
+fn fit_freely(samples: &Samples<'_>, index: usize, gain: Gain, rough: &[Vec3]) -> Estimate {
+    samples.pixel(index, gain.value).map_or_else(unknown, |pixel| {
+        fit(&pixel, gain, &triples(&pixel.lights, pixel.count), rough)
+    })
 }
 
 fn fit(pixel: &Pixel, gain: Gain, tried: &[Triple], rough: &[Vec3]) -> Estimate {
