@@ -7,10 +7,7 @@ use calibration_files::LightsFile;
 use geometry::{PinholeCamera, RigidTransform};
 use imaging::Image;
 use interfaces::sensor_msgs::msg::CameraInfo;
-use photometric::{
-    LightRig, NearFieldOptions, NormalSolution, ObjectMaskOptions, PixelRays, SensorNoise, View, near_field_normals,
-    object_mask,
-};
+use photometric::{LightRig, NormalSolution, PixelRays, SensorNoise, SolveOptions, View, object_mask, solve_normals};
 
 use crate::assembler::Capture;
 use crate::convert;
@@ -84,8 +81,9 @@ impl NearField {
             rig: &self.rig,
             noise: SensorNoise::RIG,
         };
-        let mask = object_mask(&capture, &ObjectMaskOptions::default())?;
-        let solution = near_field_normals(&capture, &mask, None, &NearFieldOptions::default())?;
+        let options = SolveOptions::default();
+        let mask = object_mask(&capture, &options.mask)?;
+        let solution = solve_normals(&capture, &mask, &options)?;
         Ok(Solved {
             object_pixels: mask.count(),
             few_lights: few_lights(&solution),

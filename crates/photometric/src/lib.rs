@@ -29,6 +29,7 @@ mod depth;
 mod directional_light;
 mod error;
 mod exposure_control;
+mod half_size;
 mod least_squares;
 mod light_health;
 mod light_matrix;
@@ -41,6 +42,7 @@ mod sensor_noise;
 mod solution;
 mod solve_view;
 mod view;
+mod window;
 
 pub use calibration::{
     CalibrationOptions, LightCalibration, LightReport, PlacementReport, TargetView, calibrate_lights,
@@ -57,5 +59,5 @@ pub use nominal_rig::{PanelLight, nominal_panels};
 pub use object_mask::{ObjectMaskOptions, object_mask};
 pub use sensor_noise::SensorNoise;
 pub use solution::{Capture, NormalSolution};
-pub use solve_view::{SolveOptions, ViewSolution, solve_view};
+pub use solve_view::{SolveOptions, ViewSolution, solve_normals, solve_view};
 pub use view::{PixelRays, View};

@@ -1,13 +1,17 @@
-//! From a capture to normals and depth, in one call.
+//! From a capture to normals and depth, in one call: a first look at half the size, then every pixel.
+
+use imaging::{Image, Mask};
 
 use crate::depth::{DepthMap, IntegrationInput, IntegrationOptions, integrate};
 use crate::error::PhotometricError;
-use crate::near_field::{NearFieldOptions, near_field_normals};
+use crate::half_size::{HalfSize, doubled};
+use crate::near_field::{NearFieldOptions, Solved, near_field_normals, solve};
 use crate::object_mask::{ObjectMaskOptions, object_mask};
 use crate::solution::{Capture, NormalSolution};
+use crate::window::Window;
 
 /// Options of every step.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SolveOptions {
     /// Which pixels are looked at.
     pub mask: ObjectMaskOptions,
@@ -15,20 +19,6 @@ pub struct SolveOptions {
     pub normals: NearFieldOptions,
     /// How depth is found.
     pub depth: IntegrationOptions,
-    /// Times that normals are solved again with the depth found before; the first pass takes the surface to be half a
-    /// usual object's height over the table.
-    pub feedback: usize,
-}
-
-impl Default for SolveOptions {
-    fn default() -> Self {
-        Self {
-            mask: ObjectMaskOptions::default(),
-            normals: NearFieldOptions::default(),
-            depth: IntegrationOptions::default(),
-            feedback: 1,
-        }
-    }
 }
 
 /// What one view says of the surface.
@@ -40,25 +30,83 @@ pub struct ViewSolution {
     pub depth: DepthMap,
 }
 
+/// A first look: normals, and depth at the size of the whole image.
+struct FirstLook {
+    solved: Option<Solved>,
+    depth: Image<f32>,
+}
+
 /// Finds the object, its normals and its depth.
 ///
 /// # Errors
 /// Those of [`object_mask`], [`near_field_normals`] and [`integrate`].
 pub fn solve_view(capture: &Capture<'_>, options: &SolveOptions) -> Result<ViewSolution, PhotometricError> {
     let mask = object_mask(capture, &options.mask)?;
-    let mut normals = near_field_normals(capture, &mask, None, &options.normals)?;
-    let mut depth = depth_of(capture, &normals, options)?;
-    for _ in 0..options.feedback {
-        normals = near_field_normals(capture, &mask, Some(&depth.depth), &options.normals)?;
-        depth = depth_of(capture, &normals, options)?;
-    }
-    Ok(ViewSolution { normals, depth })
+    let Some(window) = Window::around(capture, &mask) else {
+        let normals = near_field_normals(capture, &mask, None, options.normals)?;
+        let depth = depth_of(capture, &normals, &options.depth)?;
+        return Ok(ViewSolution { normals, depth });
+    };
+    let part = window.capture(capture);
+    let normals = normals_of_part(&part, &window.mask, options)?;
+    let depth = depth_of(&part, &normals, &options.depth)?;
+    Ok(ViewSolution {
+        normals: window.whole_normals(&normals, &mask),
+        depth: window.whole_depth(&depth, &mask),
+    })
+}
+
+/// The normals of [`solve_view`] alone: where panels are near, they need a rough depth, which is found on the way.
+///
+/// # Errors
+/// Those of [`near_field_normals`] and [`integrate`].
+pub fn solve_normals(
+    capture: &Capture<'_>,
+    mask: &Mask,
+    options: &SolveOptions,
+) -> Result<NormalSolution, PhotometricError> {
+    let Some(window) = Window::around(capture, mask) else {
+        return near_field_normals(capture, mask, None, options.normals);
+    };
+    let normals = normals_of_part(&window.capture(capture), &window.mask, options)?;
+    Ok(window.whole_normals(&normals, mask))
+}
+
+fn normals_of_part(
+    capture: &Capture<'_>,
+    mask: &Mask,
+    options: &SolveOptions,
+) -> Result<NormalSolution, PhotometricError> {
+    let first = first_look(capture, mask, options)?;
+    let coarse = first.solved.as_ref();
+    let solved = solve(capture, mask, Some(&first.depth), coarse, options.normals)?;
+    Ok(solved.solution(capture, mask))
+}
+
+fn first_look(capture: &Capture<'_>, mask: &Mask, options: &SolveOptions) -> Result<FirstLook, PhotometricError> {
+    // A rough depth is enough: weights that follow discontinuities are for the second look.
+    let rough = IntegrationOptions {
+        rounds: 1,
+        ..options.depth
+    };
+    let Some(half) = HalfSize::of(capture, mask) else {
+        let solved = solve(capture, mask, None, None, options.normals)?;
+        let depth = depth_of(capture, &solved.solution(capture, mask), &rough)?.depth;
+        return Ok(FirstLook { solved: None, depth });
+    };
+    let small = half.capture(capture);
+    let solved = solve(&small, &half.mask, None, None, options.normals)?;
+    let depth = depth_of(&small, &solved.solution(&small, &half.mask), &rough)?.depth;
+    Ok(FirstLook {
+        solved: Some(solved),
+        depth: doubled(&depth),
+    })
 }
 
 fn depth_of(
     capture: &Capture<'_>,
     normals: &NormalSolution,
-    options: &SolveOptions,
+    options: &IntegrationOptions,
 ) -> Result<DepthMap, PhotometricError> {
     let input = IntegrationInput {
         normals: &normals.normals,
@@ -67,5 +115,5 @@ fn depth_of(
         view: capture.view,
         rays: capture.rays,
     };
-    integrate(&input, &options.depth)
+    integrate(&input, options)
 }

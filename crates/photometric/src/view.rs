@@ -39,6 +39,24 @@ impl PixelRays {
         Self { ideal }
     }
 
+    /// The rays of a part of the image; none when it reaches beyond.
+    pub(crate) fn cropped(&self, x: usize, y: usize, width: usize, height: usize) -> Option<Self> {
+        let ideal = self.ideal.crop(x, y, width, height).ok()?;
+        Some(Self { ideal })
+    }
+
+    /// The rays of an image in which 2 x 2 pixels became one: their means.
+    pub(crate) fn binned(&self) -> Self {
+        let mean = |x: usize, y: usize| {
+            let (above, below) = (self.ideal.row(2 * y), self.ideal.row(2 * y + 1));
+            let four = [above[2 * x], above[2 * x + 1], below[2 * x], below[2 * x + 1]];
+            [0, 1].map(|axis| four.iter().map(|ray| ray[axis]).sum::<f32>() / 4.0)
+        };
+        Self {
+            ideal: Image::from_fn(self.ideal.width() / 2, self.ideal.height() / 2, mean),
+        }
+    }
+
     /// x and y at z = 1, camera frame.
     pub fn ideal(&self) -> &Image<[f32; 2]> {
         &self.ideal

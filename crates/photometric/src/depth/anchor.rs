@@ -15,9 +15,9 @@ const LEAST_PIXELS: usize = 50;
 
 /// Depth in metres, and the number of parts that got one.
 pub(super) fn to_table(input: &IntegrationInput<'_>, surface: &Surface, log_depth: &[f32]) -> (Image<f32>, usize) {
-    let (width, height) = (surface.width, surface.height);
-    let mut depth = Image::filled(width, height, f32::NAN);
-    let mut seen = vec![false; width * height];
+    let camera = &input.view.camera;
+    let mut depth = Image::filled(camera.width(), camera.height(), f32::NAN);
+    let mut seen = vec![false; surface.width * surface.height];
     let mut parts = 0;
     for start in 0..seen.len() {
         if seen[start] || !surface.is_inside(start) {
@@ -32,7 +32,7 @@ pub(super) fn to_table(input: &IntegrationInput<'_>, surface: &Surface, log_dept
         };
         parts += 1;
         for &index in &part {
-            depth.pixels_mut()[index] = (scale * f64::from(log_depth[index]).exp()) as f32;
+            depth.pixels_mut()[surface.in_view(index)] = (scale * f64::from(log_depth[index]).exp()) as f32;
         }
     }
     (depth, parts)
@@ -85,7 +85,7 @@ fn is_rim(surface: &Surface, index: usize) -> bool {
 fn scale(input: &IntegrationInput<'_>, surface: &Surface, log_depth: &[f32], part: &[usize]) -> Option<f64> {
     let camera = input.view.centre();
     let scale_of = |index: usize| {
-        let [x, y] = input.rays.ideal().pixels()[index];
+        let [x, y] = input.rays.ideal().pixels()[surface.in_view(index)];
         let ray = input
             .view
             .base_from_camera

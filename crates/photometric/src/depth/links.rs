@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::IntegrationInput;
 use super::multigrid::Level;
+use crate::window::bounds;
 
 /// A normal that leans away from its pixel's ray further than this says nothing: cosine.
 const LEAST_FACING: f32 = 0.05;
@@ -19,10 +20,13 @@ struct Element {
     trust: f32,
 }
 
-/// All pixels of a view.
+/// The part of a view that holds the mask.
 pub(super) struct Surface {
     pub(super) width: usize,
     pub(super) height: usize,
+    /// Where its first pixel is in the view.
+    corner: [usize; 2],
+    view_width: usize,
     elements: Vec<Element>,
     /// Width of a pixel's ray at depth 1.
     pixel: f32,
@@ -30,7 +34,8 @@ pub(super) struct Surface {
 
 impl Surface {
     pub(super) fn new(input: &IntegrationInput<'_>) -> Self {
-        let (width, height) = (input.view.camera.width(), input.view.camera.height());
+        let ([left, top], [width, height]) = bounds(input.mask).unwrap_or(([0, 0], [1, 1]));
+        let view_width = input.view.camera.width();
         let rotation = input.view.rotation();
         let row = |r: usize| {
             Vec3::new(
@@ -41,7 +46,8 @@ impl Surface {
         };
         // Rows of the inverse rotation are the camera's axes in the base frame.
         let camera_from_base = Mat3::from_cols(row(0), row(1), row(2)).transpose();
-        let element = |index: usize| {
+        let element = |local: usize| {
+            let index = (top + local / width) * view_width + left + local % width;
             let [x, y] = input.rays.ideal().pixels()[index];
             let normal = camera_from_base * Vec3::from_array(input.normals.pixels()[index]);
             let ray = Vec3::new(x, y, 1.0);
@@ -59,9 +65,16 @@ impl Surface {
         Self {
             width,
             height,
+            corner: [left, top],
+            view_width,
             elements: (0..width * height).into_par_iter().map(element).collect(),
             pixel: (1.0 / input.view.camera.focal()[0]) as f32,
         }
+    }
+
+    /// The pixel of the view.
+    pub(super) fn in_view(&self, local: usize) -> usize {
+        (self.corner[1] + local / self.width) * self.view_width + self.corner[0] + local % self.width
     }
 
     /// A level start.

@@ -2,13 +2,14 @@
 
 use glam::{Mat3, Vec3};
 
-use super::lanes::Lanes;
-use super::light_field::LightAt;
+use super::lanes::{Lanes, VectorLanes};
 
 /// Three lights and the matrix that turns their samples into a scaled normal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Triple {
-    pub(crate) lights: [u8; 3],
+    lights: [u8; 3],
+    /// The same, bit by bit.
+    mask: u8,
     inverse: Mat3,
 }
 
@@ -16,17 +17,18 @@ pub(crate) struct Triple {
 const LEAST_DETERMINANT: f32 = 0.03;
 
 /// The usable triples among the first `count` lights.
-pub(crate) fn triples(lights: &LightAt, count: usize) -> Vec<Triple> {
+pub(crate) fn triples(lights: &VectorLanes, count: usize) -> Vec<Triple> {
     let mut found = Vec::with_capacity(35);
     for a in 0..count {
         for b in a + 1..count {
             for c in b + 1..count {
-                let rows = [a, b, c].map(|light| lights.vector.get(light));
+                let rows = [a, b, c].map(|light| lights.get(light));
                 let volume = rows[0].cross(rows[1]).dot(rows[2]);
                 let size = rows[0].length() * rows[1].length() * rows[2].length();
                 if volume.abs() > LEAST_DETERMINANT * size {
                     found.push(Triple {
                         lights: [a as u8, b as u8, c as u8],
+                        mask: 1 << a | 1 << b | 1 << c,
                         inverse: Mat3::from_cols(rows[0], rows[1], rows[2]).transpose().inverse(),
                     });
                 }
@@ -36,7 +38,21 @@ pub(crate) fn triples(lights: &LightAt, count: usize) -> Vec<Triple> {
     found
 }
 
+/// A light that gives less than this share of the brightest sample is taken to be in shadow.
+const DIM: f32 = 0.04;
+
+/// Lights bright enough to be hypotheses, bit by bit.
+pub(crate) fn bright(signal: &Lanes, brightest: f32) -> u8 {
+    signal.simd_gt(Lanes::splat(DIM * brightest)).to_bitmask() as u8
+}
+
 impl Triple {
+    /// Whether all three lights are among some.
+    #[inline]
+    pub(crate) fn is_among(&self, lights: u8) -> bool {
+        self.mask & !lights == 0
+    }
+
     /// The scaled normal that gives these samples under the three lights.
     #[inline]
     pub(crate) fn scaled_normal(&self, signal: &Lanes) -> Vec3 {

@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::candidates::{Triple, triples};
+use super::candidates::{Triple, bright};
 use super::pixel::Pixel;
 use super::samples::Samples;
 
 /// Pixels looked at; more do not move the mode.
-const SAMPLES: usize = 4000;
+const SAMPLES: usize = 2000;
 /// Width of a class of the histogram: about the noise of one pixel's albedo.
 const CLASS: f32 = 0.04;
 const CLASSES: usize = 512;
@@ -29,7 +29,11 @@ pub(crate) fn estimate(samples: &Samples<'_>, inside: &[u32]) -> Option<Gain> {
     let chosen: Vec<u32> = inside.iter().copied().step_by(step).collect();
     let mut logs: Vec<f32> = chosen
         .par_iter()
-        .filter_map(|&index| samples.pixel(index as usize, 1.0).and_then(|pixel| log_length(&pixel)))
+        .filter_map(|&index| {
+            samples
+                .pixel(index as usize, 1.0)
+                .and_then(|pixel| log_length(&pixel, samples.triples(index as usize)))
+        })
         .collect();
     logs.sort_by(f32::total_cmp);
     let lowest = *logs.first()?;
@@ -63,10 +67,11 @@ fn mode(logs: &[f32], lowest: f32) -> f32 {
 }
 
 /// Log of the length of the scaled normal that explains most lights; none for a pixel that fewer than four reach.
-fn log_length(pixel: &Pixel) -> Option<f32> {
-    let candidates: Vec<Triple> = triples(&pixel.lights, pixel.count);
+fn log_length(pixel: &Pixel, candidates: &[Triple]) -> Option<f32> {
+    let lit = bright(&pixel.signal, pixel.brightest);
     let best = candidates
         .iter()
+        .filter(|triple| triple.is_among(lit))
         .filter_map(|triple| {
             let scaled = triple.scaled_normal(&pixel.signal);
             let length = scaled.length();

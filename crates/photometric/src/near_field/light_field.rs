@@ -7,6 +7,7 @@ use geometry::nalgebra::{Point3, Vector3};
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::candidates::{Triple, triples};
 use super::lanes::{Lanes, VectorLanes};
 use crate::light_rig::PanelModel;
 use crate::solution::Capture;
@@ -33,11 +34,13 @@ pub(crate) struct LightField {
     nodes: Vec<Node>,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 struct Node {
     levels: [VectorLanes; 3],
     along: VectorLanes,
     across: VectorLanes,
+    /// Hypotheses that hold about here, at the usual height.
+    triples: Vec<Triple>,
 }
 
 impl LightAt {
@@ -70,6 +73,11 @@ impl LightField {
             columns,
             nodes: (0..columns * rows).into_par_iter().map(node).collect(),
         }
+    }
+
+    /// Hypotheses for the pixels about here: lights change too little from node to node to matter for a start.
+    pub(crate) fn triples(&self, x: usize, y: usize) -> &[Triple] {
+        &self.nodes[y / SPACING * self.columns + x / SPACING].triples
     }
 
     /// The panels' light at a pixel whose surface is `height` over the table, metres.
@@ -124,6 +132,7 @@ impl Node {
             node.along.set(lane, along);
             node.across.set(lane, across);
         }
+        node.triples = triples(&node.levels[0], capture.rig.panels().len());
         node
     }
 }

@@ -2,11 +2,14 @@
 
 mod candidates;
 mod coupling;
+mod fit;
 mod gain;
 mod lanes;
 mod light_field;
 mod pixel;
+mod pixels;
 mod samples;
 mod solve;
 
 pub use solve::{NearFieldOptions, near_field_normals};
+pub(crate) use solve::{Solved, solve};

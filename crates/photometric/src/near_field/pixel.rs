@@ -23,8 +23,6 @@ const LONGEST_STEP: f32 = 0.35;
 /// One pixel's samples; lanes without a panel, or with a saturated sample, have `valid` 0.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pixel {
-    /// Panels of the rig.
-    pub(crate) count: usize,
     /// Dark-subtracted, in units of the gain (irradiance times albedo).
     pub(crate) signal: Lanes,
     /// Their variance by noise alone.
@@ -55,6 +53,30 @@ pub(crate) struct Estimate {
     /// Sum of squared misfits of the lights that were used, in sigmas.
     pub(crate) misfit: f32,
     pub(crate) used: u8,
+}
+
+impl Estimate {
+    /// Of a pixel of which nothing can be said.
+    pub(crate) const UNKNOWN: Self = Self {
+        normal: Vec3::NAN,
+        albedo: f32::NAN,
+        cost: f32::INFINITY,
+        shadows: 0,
+        information: Mat3::ZERO,
+        misfit: 0.0,
+        used: 0,
+    };
+
+    /// Root mean square misfit of the lights that were used, in sigmas.
+    pub(crate) fn residual(&self) -> f32 {
+        (self.misfit / f32::from(self.used.max(1))).sqrt()
+    }
+
+    /// 0 to 1: less for each light short of four, and for misfits beyond the noise.
+    pub(crate) fn confidence(&self) -> f32 {
+        let lights = f32::from(self.used.saturating_sub(1)) / 3.0;
+        lights.min(1.0) / (1.0 + (self.residual() / 3.0).powi(2))
+    }
 }
 
 /// Every light's prediction and what it is worth.

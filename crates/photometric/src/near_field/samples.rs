@@ -3,6 +3,7 @@
 use glam::{Mat3, Vec3};
 use imaging::Image;
 
+use super::candidates::Triple;
 use super::lanes::{Lanes, MAX_PANELS, VectorLanes};
 use super::light_field::{LightField, to_glam};
 use super::pixel::Pixel;
@@ -70,6 +71,11 @@ impl<'a> Samples<'a> {
         self.capture.stack.width()
     }
 
+    /// Hypotheses for a pixel.
+    pub(crate) fn triples(&self, index: usize) -> &[Triple] {
+        self.field.triples(index % self.width(), index / self.width())
+    }
+
     /// A pixel, its samples in units of `gain`; none where the lens gives no ray.
     pub(crate) fn pixel(&self, index: usize, gain: f32) -> Option<Pixel> {
         let (x, y) = (index % self.width(), index / self.width());
@@ -80,7 +86,6 @@ impl<'a> Samples<'a> {
         let ray = self.rotation * Vec3::new(right, down, 1.0);
         let height = self.height(index, ray);
         let mut pixel = Pixel {
-            count: self.images.len(),
             signal: Lanes::ZERO,
             variance: Lanes::ONE,
             valid: Lanes::ZERO,

@@ -49,9 +49,11 @@ pub fn object_mask(capture: &Capture<'_>, options: &ObjectMaskOptions) -> Result
     let (width, height) = (reflectances.width(), reflectances.height());
     components::drop_small(&mut inside, width, options.least_pixels, true);
     components::drop_small(&mut inside, width, options.least_pixels, false);
-    Ok(Mask::from_nonzero(&Image::from_fn(width, height, |x, y| {
-        u8::from(inside[y * width + x])
-    })))
+    let mut image = Image::filled(width, height, 0_u8);
+    for (pixel, inside) in image.pixels_mut().iter_mut().zip(inside) {
+        *pixel = u8::from(inside);
+    }
+    Ok(Mask::from_nonzero(&image))
 }
 
 /// Whether an object can be there at all: exposures are set so that objects are bright, a mat alone stays dark.
@@ -86,23 +88,42 @@ fn reflectances(capture: &Capture<'_>, options: &ObjectMaskOptions) -> Result<Im
     });
     let images = images.collect::<Result<Vec<_>, _>>()?;
     let (width, height) = (capture.stack.width(), capture.stack.height());
-    let dark = capture.stack.dark().pixels();
-    let row = |y: usize| -> Vec<f32> {
-        let of_pixel = |x: usize| {
-            let index = y * width + x;
-            if !is_over_mat(capture, options, index) {
-                return 0.0;
+    let dark = capture.stack.dark();
+    let mut image = Image::filled(width, height, 0.0_f32);
+    let is_whole_mat = corners(width, height)
+        .into_iter()
+        .all(|index| is_over_mat(capture, options, index));
+    let rows = image
+        .pixels_mut()
+        .par_chunks_exact_mut(width)
+        .with_min_len(16)
+        .enumerate();
+    rows.for_each(|(y, row)| {
+        for (pixels, scale) in &images {
+            brighten(row, &pixels[y * width..(y + 1) * width], dark.row(y), *scale);
+        }
+        if !is_whole_mat {
+            for (x, value) in row.iter_mut().enumerate() {
+                if !is_over_mat(capture, options, y * width + x) {
+                    *value = 0.0;
+                }
             }
-            let of_light =
-                |(pixels, scale): &(&[u16], f32)| (f32::from(pixels[index]) - f32::from(dark[index])) * scale;
-            images.iter().map(of_light).fold(0.0, f32::max)
-        };
-        (0..width).map(of_pixel).collect()
-    };
-    let values: Vec<f32> = (0..height).into_par_iter().flat_map_iter(row).collect();
-    let mut image = Image::filled(width, height, 0.0);
-    image.pixels_mut().copy_from_slice(&values);
+        }
+    });
     Ok(image)
+}
+
+/// The larger of what is there and what one light says.
+fn brighten(row: &mut [f32], lit: &[u16], dark: &[u16], scale: f32) {
+    for ((value, &lit), &dark) in row.iter_mut().zip(lit).zip(dark) {
+        *value = value.max((f32::from(lit) - f32::from(dark)) * scale);
+    }
+}
+
+/// The image's corners: the mat is convex, so when it holds these it holds all between.
+fn corners(width: usize, height: usize) -> [usize; 4] {
+    let last = (height - 1) * width;
+    [0, width - 1, last, last + width - 1]
 }
 
 fn is_over_mat(capture: &Capture<'_>, options: &ObjectMaskOptions, index: usize) -> bool {
@@ -117,16 +138,25 @@ fn is_over_mat(capture: &Capture<'_>, options: &ObjectMaskOptions, index: usize)
 /// Mean of 3 x 3 pixels: the mat is barely brighter than the noise.
 fn smoothed(image: &Image<f32>) -> Image<f32> {
     let (width, height) = (image.width(), image.height());
-    let mean = |x: usize, y: usize| {
-        let rows = y.saturating_sub(1)..(y + 2).min(height);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for row in rows {
-            for value in &image.row(row)[x.saturating_sub(1)..(x + 2).min(width)] {
-                sum += value;
-                count += 1.0;
+    let mut smooth = Image::filled(width, height, 0.0_f32);
+    let rows = smooth
+        .pixels_mut()
+        .par_chunks_exact_mut(width)
+        .with_min_len(16)
+        .enumerate();
+    rows.for_each(|(y, row)| {
+        let near = y.saturating_sub(1)..(y + 2).min(height);
+        let count = near.len() as f32;
+        let mut sums = vec![0.0; width];
+        for y in near {
+            for (sum, value) in sums.iter_mut().zip(image.row(y)) {
+                *sum += value / count;
             }
         }
-        sum / count
-    };
-    Image::from_fn(width, height, mean)
+        for (x, value) in row.iter_mut().enumerate() {
+            let near = &sums[x.saturating_sub(1)..(x + 2).min(width)];
+            *value = near.iter().sum::<f32>() / near.len() as f32;
+        }
+    });
+    smooth
 }

@@ -32,9 +32,6 @@ pub(crate) struct Arguments {
     /// Only scenes of this name, such as `octagon2`.
     #[arg(long, value_name = "NAME")]
     only: Option<String>,
-    /// Times that normals are solved again with the depth found before.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    feedback: usize,
     /// Tell the figures as one JSON object.
     #[arg(long)]
     json: bool,
@@ -81,7 +78,7 @@ fn evaluate(arguments: &Arguments) -> Result<(), Failure> {
     {
         for view in scene.views()? {
             let Some(truth) = &view.truth else { continue };
-            let row = score(scene.name(), &view, truth, &rig, arguments.feedback)?;
+            let row = score(scene.name(), &view, truth, &rig)?;
             if !arguments.json {
                 println!("{}", row.for_people());
             }
@@ -146,7 +143,7 @@ fn calibrated(scenes: &[SceneFolder]) -> Result<LightRig, Failure> {
     }
 }
 
-fn score(scene: String, view: &CapturedView, truth: &Truth, rig: &LightRig, feedback: usize) -> anyhow::Result<Row> {
+fn score(scene: String, view: &CapturedView, truth: &Truth, rig: &LightRig) -> anyhow::Result<Row> {
     let rays = PixelRays::new(&view.view.camera);
     let capture = Capture {
         stack: &view.stack,
@@ -156,11 +153,7 @@ fn score(scene: String, view: &CapturedView, truth: &Truth, rig: &LightRig, feed
         noise: SensorNoise::RIG,
     };
     let started = Instant::now();
-    let options = SolveOptions {
-        feedback,
-        ..SolveOptions::default()
-    };
-    let solution = solve_view(&capture, &options)?;
+    let solution = solve_view(&capture, &SolveOptions::default())?;
     let seconds = started.elapsed().as_secs_f64();
     let plain = least_squares_normals(&view.stack, &directional(rig)?, &LeastSquaresOptions::default())?;
     Ok(Row {
