@@ -8,8 +8,10 @@ mod error;
 mod npz;
 mod scene;
 mod view;
+mod write;
 
 pub use error::SceneError;
 pub use npz::read_array;
 pub use scene::{Hemisphere, SceneFolder, find_scenes};
 pub use view::{CapturedView, Truth};
+pub use write::{SceneView, write_scene};
