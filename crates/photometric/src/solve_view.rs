@@ -10,6 +10,14 @@ use crate::object_mask::{ObjectMaskOptions, object_mask};
 use crate::solution::{Capture, NormalSolution};
 use crate::window::Window;
 
+/// Factors of a depth that stands on the table which the light is asked about: from 6 % farther to 30 % nearer, 0.1 m at
+/// 0.33 m.
+const FARTHEST: f32 = 1.06;
+const SCALE_STEP: f32 = 0.03;
+/// The light tells the scale to about a hundredth, a contact with the table that is seen far better: only when the light
+/// says more than this is the contact not believed.
+const TABLE_TRUST: f32 = 0.015;
+
 /// Options of every step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SolveOptions {
@@ -48,8 +56,10 @@ pub fn solve_view(capture: &Capture<'_>, options: &SolveOptions) -> Result<ViewS
         return Ok(ViewSolution { normals, depth });
     };
     let part = window.capture(capture);
-    let normals = normals_of_part(&part, &window.mask, options)?;
-    let depth = depth_of(&part, &normals, &options.depth)?;
+    let solved = solve_part(&part, &window.mask, options)?;
+    let normals = solved.solution(&part, &window.mask);
+    let mut depth = depth_of(&part, &normals, &options.depth)?;
+    depth.depth = rescaled(&part, &solved, depth.depth)?;
     Ok(ViewSolution {
         normals: window.whole_normals(&normals, &mask),
         depth: window.whole_depth(&depth, &mask),
@@ -68,19 +78,20 @@ pub fn solve_normals(
     let Some(window) = Window::around(capture, mask) else {
         return near_field_normals(capture, mask, None, options.normals);
     };
-    let normals = normals_of_part(&window.capture(capture), &window.mask, options)?;
+    let part = window.capture(capture);
+    let normals = solve_part(&part, &window.mask, options)?.solution(&part, &window.mask);
     Ok(window.whole_normals(&normals, mask))
 }
 
-fn normals_of_part(
-    capture: &Capture<'_>,
-    mask: &Mask,
-    options: &SolveOptions,
-) -> Result<NormalSolution, PhotometricError> {
+fn solve_part(capture: &Capture<'_>, mask: &Mask, options: &SolveOptions) -> Result<Solved, PhotometricError> {
     let first = first_look(capture, mask, options)?;
-    let coarse = first.solved.as_ref();
-    let solved = solve(capture, mask, Some(&first.depth), coarse, options.normals)?;
-    Ok(solved.solution(capture, mask))
+    solve(
+        capture,
+        mask,
+        Some(&first.depth),
+        first.solved.as_ref(),
+        options.normals,
+    )
 }
 
 fn first_look(capture: &Capture<'_>, mask: &Mask, options: &SolveOptions) -> Result<FirstLook, PhotometricError> {
@@ -92,14 +103,27 @@ fn first_look(capture: &Capture<'_>, mask: &Mask, options: &SolveOptions) -> Res
     let Some(half) = HalfSize::of(capture, mask) else {
         let solved = solve(capture, mask, None, None, options.normals)?;
         let depth = depth_of(capture, &solved.solution(capture, mask), &rough)?.depth;
+        let depth = rescaled(capture, &solved, depth)?;
         return Ok(FirstLook { solved: None, depth });
     };
     let small = half.capture(capture);
     let solved = solve(&small, &half.mask, None, None, options.normals)?;
     let depth = depth_of(&small, &solved.solution(&small, &half.mask), &rough)?.depth;
+    let depth = rescaled(&small, &solved, depth)?;
     Ok(FirstLook {
         solved: Some(solved),
         depth: doubled(&depth),
+    })
+}
+
+/// Depth as it is, or nearer where the light says that the object is not where it seems to touch the table.
+fn rescaled(capture: &Capture<'_>, solved: &Solved, depth: Image<f32>) -> Result<Image<f32>, PhotometricError> {
+    let scales: [f32; 13] = std::array::from_fn(|step| FARTHEST - step as f32 * SCALE_STEP);
+    let found = solved.best_scale(capture, &depth, &scales)?;
+    let nearer = found.filter(|scale| *scale < 1.0 - TABLE_TRUST);
+    Ok(match nearer {
+        Some(scale) => depth.map(|depth| depth * scale),
+        None => depth,
     })
 }
 

@@ -4,6 +4,7 @@ mod candidates;
 mod coupling;
 mod fit;
 mod gain;
+mod height;
 mod lanes;
 mod light_field;
 mod pixel;

@@ -78,13 +78,18 @@ impl<'a> Samples<'a> {
 
     /// A pixel, its samples in units of `gain`; none where the lens gives no ray.
     pub(crate) fn pixel(&self, index: usize, gain: f32) -> Option<Pixel> {
+        self.pixel_at_scale(index, gain, 1.0)
+    }
+
+    /// The same, with all depth times `scale`.
+    pub(crate) fn pixel_at_scale(&self, index: usize, gain: f32, scale: f32) -> Option<Pixel> {
         let (x, y) = (index % self.width(), index / self.width());
         let [right, down] = self.capture.rays.ideal().pixels()[index];
         if right.is_nan() {
             return None;
         }
         let ray = self.rotation * Vec3::new(right, down, 1.0);
-        let height = self.height(index, ray);
+        let height = self.height(index, ray, scale);
         let mut pixel = Pixel {
             signal: Lanes::ZERO,
             variance: Lanes::ONE,
@@ -99,12 +104,12 @@ impl<'a> Samples<'a> {
         Some(pixel)
     }
 
-    fn height(&self, index: usize, ray: Vec3) -> f32 {
+    fn height(&self, index: usize, ray: Vec3, scale: f32) -> f32 {
         let depth = self.depth.map_or(f32::NAN, |depth| depth.pixels()[index]);
         if depth.is_nan() {
             USUAL_HEIGHT
         } else {
-            (self.centre.z + ray.z * depth).max(-0.02)
+            (self.centre.z + ray.z * depth * scale).max(-0.02)
         }
     }
 

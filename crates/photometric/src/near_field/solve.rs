@@ -5,6 +5,7 @@ use imaging::{Image, Mask};
 use super::coupling::couple;
 use super::fit::{Known, fit_all};
 use super::gain;
+use super::height::best_scale;
 use super::pixel::Estimate;
 use super::pixels::Pixels;
 use super::samples::Samples;
@@ -102,6 +103,19 @@ fn require_size<T>(capture: &Capture<'_>, what: &'static str, image: &Image<T>) 
 }
 
 impl Solved {
+    /// The factor of a depth map, from some, under which the samples fit best.
+    pub(crate) fn best_scale(
+        &self,
+        capture: &Capture<'_>,
+        depth: &Image<f32>,
+        scales: &[f32],
+    ) -> Result<Option<f32>, PhotometricError> {
+        require_size(capture, "the depth", depth)?;
+        let samples = Samples::new(capture, Some(depth))?;
+        let (inside, estimates) = (&self.pixels.inside, &self.estimates);
+        Ok(best_scale(&samples, inside, estimates, self.gain, scales))
+    }
+
     /// As images.
     pub(crate) fn solution(&self, capture: &Capture<'_>, mask: &Mask) -> NormalSolution {
         let (width, height) = (capture.stack.width(), capture.stack.height());
