@@ -59,7 +59,7 @@ fn a_scene_comes_back_as_it_was_written() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("objects/thing");
     let (view, images, truth) = write(&folder);
-    assert_eq!(find_scenes(root.path()).unwrap(), [folder.clone()]);
+    assert_eq!(find_scenes(root.path()).unwrap(), std::slice::from_ref(&folder));
     let scene = SceneFolder::open(&folder).unwrap();
     assert_eq!(
         (scene.name().as_str(), scene.cameras().collect::<Vec<_>>()),
@@ -103,7 +103,9 @@ fn what_is_missing_or_wrong_is_named() {
     let resized =
         error(|folder| std::fs::write(folder.join("C1/L2.png"), imaging::encode_png(&other).unwrap()).unwrap());
     assert!(resized.contains("3 x 3") && resized.contains('2'), "{resized}");
-    let swapped = error(|folder| drop(std::fs::copy(folder.join("C1/L2.png"), folder.join("C1/mask.png")).unwrap()));
+    let swapped = error(|folder| {
+        std::fs::copy(folder.join("C1/L2.png"), folder.join("C1/mask.png")).unwrap();
+    });
     assert!(swapped.contains("mask.png"), "{swapped}");
     let untrue = error(|folder| std::fs::write(folder.join("C1/gt.npz"), "no archive").unwrap());
     assert!(untrue.contains("gt.npz"), "{untrue}");
