@@ -5,7 +5,7 @@ use imaging::{Image, Mask};
 use crate::depth::{DepthMap, IntegrationInput, IntegrationOptions, integrate};
 use crate::error::PhotometricError;
 use crate::half_size::{HalfSize, doubled};
-use crate::near_field::{NearFieldOptions, Solved, near_field_normals, solve};
+use crate::near_field::{FirstLook, NearFieldOptions, Solved, near_field_normals, solve};
 use crate::object_mask::{ObjectMaskOptions, object_mask};
 use crate::solution::{Capture, NormalSolution};
 use crate::window::Window;
@@ -36,12 +36,6 @@ pub struct ViewSolution {
     pub normals: NormalSolution,
     /// Depth of the same pixels.
     pub depth: DepthMap,
-}
-
-/// A first look: normals, and depth at the size of the whole image.
-struct FirstLook {
-    solved: Option<Solved>,
-    depth: Image<f32>,
 }
 
 /// Finds the object, its normals and its depth.
@@ -83,37 +77,27 @@ pub fn solve_normals(
     Ok(window.whole_normals(&normals, mask))
 }
 
+/// The first look at half the size tells where the surface is and what it throws on itself.
 fn solve_part(capture: &Capture<'_>, mask: &Mask, options: &SolveOptions) -> Result<Solved, PhotometricError> {
-    let first = first_look(capture, mask, options)?;
-    solve(
-        capture,
-        mask,
-        Some(&first.depth),
-        first.solved.as_ref(),
-        options.normals,
-    )
-}
-
-fn first_look(capture: &Capture<'_>, mask: &Mask, options: &SolveOptions) -> Result<FirstLook, PhotometricError> {
     // A rough depth is enough: weights that follow discontinuities are for the second look.
     let rough = IntegrationOptions {
         rounds: 1,
         ..options.depth
     };
-    let Some(half) = HalfSize::of(capture, mask) else {
+    let look = |capture: &Capture<'_>, mask: &Mask| {
         let solved = solve(capture, mask, None, None, options.normals)?;
         let depth = depth_of(capture, &solved.solution(capture, mask), &rough)?.depth;
         let depth = rescaled(capture, &solved, depth)?;
-        return Ok(FirstLook { solved: None, depth });
+        Ok::<_, PhotometricError>((solved, depth))
+    };
+    let Some(half) = HalfSize::of(capture, mask) else {
+        let (_, depth) = look(capture, mask)?;
+        return solve(capture, mask, Some(&depth), None, options.normals);
     };
     let small = half.capture(capture);
-    let solved = solve(&small, &half.mask, None, None, options.normals)?;
-    let depth = depth_of(&small, &solved.solution(&small, &half.mask), &rough)?.depth;
-    let depth = rescaled(&small, &solved, depth)?;
-    Ok(FirstLook {
-        solved: Some(solved),
-        depth: doubled(&depth),
-    })
+    let (solved, depth) = look(&small, &half.mask)?;
+    let first: FirstLook = solved.first_look(&small, &depth, options.normals)?;
+    solve(capture, mask, Some(&doubled(&depth)), Some(&first), options.normals)
 }
 
 /// Depth as it is, or nearer where the light says that the object is not where it seems to touch the table.

@@ -1,5 +1,6 @@
 //! Normals under panels near the work.
 
+mod bounced;
 mod candidates;
 mod coupling;
 mod fit;
@@ -12,5 +13,5 @@ mod pixels;
 mod samples;
 mod solve;
 
+pub(crate) use solve::{FirstLook, Solved, solve};
 pub use solve::{NearFieldOptions, near_field_normals};
-pub(crate) use solve::{Solved, solve};

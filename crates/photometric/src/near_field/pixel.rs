@@ -32,6 +32,8 @@ pub(crate) struct Pixel {
     pub(crate) lights: LightAt,
     /// Light of the room: constant.
     pub(crate) room: Lanes,
+    /// Light by way of the object itself.
+    pub(crate) bounced: Lanes,
     /// Light of the room: linear in the normal.
     pub(crate) room_linear: VectorLanes,
     /// From the surface to the camera.
@@ -97,7 +99,8 @@ impl Pixel {
     fn terms(&self, normal: Vec3, albedo: f32) -> Terms {
         let (irradiance, share) = self.lights.irradiance(normal);
         let direct = irradiance * albedo;
-        let room = (self.room + self.room_linear.dot(normal)).fast_max(Lanes::ZERO) * albedo;
+        let room = (self.room + self.room_linear.dot(normal)).fast_max(Lanes::ZERO);
+        let room = (room + self.bounced) * albedo;
         let predicted = direct + room;
         let misfit = self.signal - predicted;
         let model = predicted * MODEL_ERROR;

@@ -3,6 +3,7 @@
 use glam::{Mat3, Vec3};
 use imaging::Image;
 
+use super::bounced::BouncedLight;
 use super::candidates::Triple;
 use super::lanes::{Lanes, MAX_PANELS, VectorLanes};
 use super::light_field::{LightField, to_glam};
@@ -21,6 +22,8 @@ pub(crate) struct Samples<'a> {
     room: Lanes,
     room_linear: VectorLanes,
     depth: Option<&'a Image<f32>>,
+    /// Light by way of the object, and how much smaller the image was that it was made from.
+    bounced: Option<(&'a BouncedLight, usize)>,
     rotation: Mat3,
     centre: Vec3,
 }
@@ -62,9 +65,28 @@ impl<'a> Samples<'a> {
             room,
             room_linear,
             depth,
+            bounced: None,
             rotation: Mat3::from_cols(column(0), column(1), column(2)),
             centre: to_glam(&capture.view.centre().coords),
         })
+    }
+
+    /// The same with the light that the object throws on itself, from an image so many times smaller.
+    pub(crate) fn with_bounced(mut self, light: &'a BouncedLight, scale: usize) -> Self {
+        self.bounced = Some((light, scale));
+        self
+    }
+
+    /// Where a pixel's surface is; base frame, metres.
+    pub(crate) fn point(&self, index: usize, depth: f32) -> Vec3 {
+        let [right, down] = self.capture.rays.ideal().pixels()[index];
+        self.centre + self.rotation * Vec3::new(right, down, 1.0) * depth
+    }
+
+    /// What a pixel covers of a surface that faces it, square metres.
+    pub(crate) fn pixel_area(&self, depth: f32) -> f32 {
+        let [fx, fy] = self.capture.view.camera.focal();
+        depth * depth / (fx * fy) as f32
     }
 
     pub(crate) fn width(&self) -> usize {
@@ -96,6 +118,7 @@ impl<'a> Samples<'a> {
             valid: Lanes::ZERO,
             lights: self.field.at(x, y, height),
             room: self.room,
+            bounced: self.bounced.map_or(Lanes::ZERO, |(light, scale)| light.at(x, y, scale)),
             room_linear: self.room_linear,
             to_camera: -ray.normalize(),
             brightest: 0.0,

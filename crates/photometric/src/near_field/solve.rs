@@ -2,6 +2,7 @@
 
 use imaging::{Image, Mask};
 
+use super::bounced::BouncedLight;
 use super::coupling::couple;
 use super::fit::{Known, fit_all};
 use super::gain;
@@ -18,11 +19,16 @@ pub struct NearFieldOptions {
     /// How firmly neighbours hold together, as an inverse variance of their difference: 1 over 2 degrees squared. 0
     /// leaves every pixel to itself.
     pub coupling: f32,
+    /// What the usual surface reflects of the light, 0 to 1: how much its parts light each other.
+    pub reflectance: f32,
 }
 
 impl Default for NearFieldOptions {
     fn default() -> Self {
-        Self { coupling: 800.0 }
+        Self {
+            coupling: 800.0,
+            reflectance: 0.85,
+        }
     }
 }
 
@@ -31,6 +37,12 @@ pub(crate) struct Solved {
     pixels: Pixels,
     estimates: Vec<Estimate>,
     gain: f32,
+}
+
+/// What an image of half the size says.
+pub(crate) struct FirstLook {
+    solved: Solved,
+    bounced: Option<BouncedLight>,
 }
 
 /// Normals of the pixels of a mask, under panels near the work. `depth` (metres along the optical axis) says where the
@@ -52,14 +64,17 @@ pub(crate) fn solve(
     capture: &Capture<'_>,
     mask: &Mask,
     depth: Option<&Image<f32>>,
-    coarse: Option<&Solved>,
+    coarse: Option<&FirstLook>,
     options: NearFieldOptions,
 ) -> Result<Solved, PhotometricError> {
     require_size(capture, "the mask", mask.as_image())?;
     if let Some(depth) = depth {
         require_size(capture, "the depth", depth)?;
     }
-    let samples = Samples::new(capture, depth)?;
+    let mut samples = Samples::new(capture, depth)?;
+    if let Some(light) = coarse.and_then(|coarse| coarse.bounced.as_ref()) {
+        samples = samples.with_bounced(light, 2);
+    }
     let pixels = Pixels::new(mask);
     let Some(gain) = gain::estimate(&samples, &pixels.inside) else {
         let estimates = vec![Estimate::UNKNOWN; pixels.inside.len()];
@@ -69,6 +84,7 @@ pub(crate) fn solve(
             gain: 0.0,
         });
     };
+    let coarse = coarse.map(|coarse| &coarse.solved);
     let coarse = coarse.filter(|coarse| coarse.gain > 0.0).map(|coarse| Known {
         pixels: &coarse.pixels,
         estimates: &coarse.estimates,
@@ -103,6 +119,22 @@ fn require_size<T>(capture: &Capture<'_>, what: &'static str, image: &Image<T>) 
 }
 
 impl Solved {
+    /// As the first look at a capture of twice the size; `depth` is of this size.
+    pub(crate) fn first_look(
+        self,
+        capture: &Capture<'_>,
+        depth: &Image<f32>,
+        options: NearFieldOptions,
+    ) -> Result<FirstLook, PhotometricError> {
+        require_size(capture, "the depth", depth)?;
+        let samples = Samples::new(capture, Some(depth))?;
+        let bounced = (self.gain > 0.0 && options.reflectance > 0.0).then(|| {
+            let (pixels, estimates) = (&self.pixels, &self.estimates);
+            BouncedLight::new(&samples, pixels, estimates, depth, self.gain, options.reflectance)
+        });
+        Ok(FirstLook { solved: self, bounced })
+    }
+
     /// The factor of a depth map, from some, under which the samples fit best.
     pub(crate) fn best_scale(
         &self,
