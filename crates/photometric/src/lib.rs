@@ -37,6 +37,7 @@ mod light_rig;
 mod near_field;
 mod nominal_rig;
 mod object_mask;
+mod reference;
 mod row_solver;
 mod sensor_noise;
 mod solution;
@@ -45,7 +46,8 @@ mod view;
 mod window;
 
 pub use calibration::{
-    CalibrationOptions, LightCalibration, LightReport, PlacementReport, TargetView, calibrate_lights,
+    CalibrationOptions, LightCalibration, LightReport, PlacementReport, PolynomialLight, PolynomialRig, TargetView,
+    calibrate_lights,
 };
 pub use depth::{DepthMap, IntegrationInput, IntegrationOptions, integrate};
 pub use directional_light::DirectionalLight;
@@ -57,6 +59,7 @@ pub use light_rig::{Bounce, LightRig, PanelModel};
 pub use near_field::{NearFieldOptions, near_field_normals};
 pub use nominal_rig::{PanelLight, nominal_panels};
 pub use object_mask::{ObjectMaskOptions, object_mask};
+pub use reference::{ReferenceOptions, reference_normals};
 pub use sensor_noise::SensorNoise;
 pub use solution::{Capture, NormalSolution};
 pub use solve_view::{SolveOptions, ViewSolution, solve_normals, solve_view};

@@ -7,8 +7,8 @@ use geometry::{PinholeCamera, RigidTransform};
 use imaging::{ExposureStack, Image, Mask};
 use photometric::{
     CalibrationOptions, Capture, LightRig, NearFieldOptions, NormalSolution, ObjectMaskOptions, PhotometricError,
-    PixelRays, SensorNoise, SolveOptions, TargetView, View, calibrate_lights, near_field_normals, object_mask,
-    solve_normals,
+    PixelRays, ReferenceOptions, SensorNoise, SolveOptions, TargetView, View, calibrate_lights, near_field_normals,
+    object_mask, reference_normals, solve_normals,
 };
 use rig_scenes::{CapturedView, SceneFolder, find_scenes};
 
@@ -206,23 +206,45 @@ fn calibrated_on(captures: &[(String, PixelRays, CapturedView)]) -> photometric:
     calibrate_lights(&views, &CalibrationOptions::RIG).unwrap()
 }
 
-/// Mean angle over the object of one scene's first camera.
-fn scene_error(name: &str, rig: &LightRig) -> Option<f64> {
-    let scene = SceneFolder::open(&shared(&format!("objects/{name}"))?).unwrap();
+/// The published method's mean angle over the pyramid of the first camera.
+fn reference_error(calibration: &photometric::LightCalibration) -> Option<f64> {
+    let scene = SceneFolder::open(&shared("objects/pyramid")?).unwrap();
     let view = scene.views().unwrap().swap_remove(0);
-    let (_, solution) = solve(&view.stack, &view.view, rig);
-    let truth = view.truth.unwrap();
+    let rays = PixelRays::new(&view.view.camera);
+    let capture = Capture {
+        stack: &view.stack,
+        view: &view.view,
+        rays: &rays,
+        rig: &calibration.rig,
+        noise: SensorNoise::RIG,
+    };
+    let options = ReferenceOptions::default();
+    let solution = reference_normals(&capture, &view.mask, &calibration.polynomials, &options).unwrap();
+    Some(mean_error(&solution, &view))
+}
+
+fn mean_error(solution: &NormalSolution, view: &CapturedView) -> f64 {
+    let truth = view.truth.as_ref().unwrap();
+    let pairs = solution.normals.pixels().iter().zip(truth.normals.pixels());
     let inside = view
         .mask
         .as_image()
         .pixels()
         .iter()
-        .zip(solution.normals.pixels().iter().zip(truth.normals.pixels()));
+        .zip(pairs)
+        .filter(|(inside, _)| **inside != 0);
     let errors: Vec<f64> = inside
-        .filter(|(inside, _)| **inside != 0)
         .map(|(_, (found, truth))| angle(*found, &Vector3::from(truth.map(f64::from))))
         .collect();
-    Some(errors.iter().sum::<f64>() / errors.len() as f64)
+    errors.iter().sum::<f64>() / errors.len() as f64
+}
+
+/// Mean angle over the object of one scene's first camera.
+fn scene_error(name: &str, rig: &LightRig) -> Option<f64> {
+    let scene = SceneFolder::open(&shared(&format!("objects/{name}"))?).unwrap();
+    let view = scene.views().unwrap().swap_remove(0);
+    let (_, solution) = solve(&view.stack, &view.view, rig);
+    Some(mean_error(&solution, &view))
 }
 
 #[test]
@@ -262,6 +284,18 @@ fn lights_calibrated_from_hemispheres_solve_path_traced_objects() {
         println!("{name} C1: {error:.2} degrees, allowed are {allowed}");
         assert!(error < allowed, "{name}: {error}");
     }
+}
+
+#[test]
+fn the_published_method_does_what_it_is_known_for() {
+    let Some(folder) = shared("calibration") else { return };
+    let calibration = calibrated_on(&targets(&folder));
+    let Some(error) = reference_error(&calibration) else {
+        return;
+    };
+    println!("published method, pyramid C1: {error:.2} degrees");
+    // 13 to 29 degrees were published for ten real objects; this one is an easy one, without noise of a real rig.
+    assert!((3.0..30.0).contains(&error), "{error}");
 }
 
 #[test]

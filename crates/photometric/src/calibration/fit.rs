@@ -4,6 +4,7 @@ use geometry::nalgebra::{SMatrix, Vector3};
 use rayon::prelude::*;
 
 use super::panel_parameters::{COUNT, SCALES, Step, moved};
+use super::polynomial::{PolynomialLight, PolynomialRig};
 use super::samples::TargetSample;
 use super::{LightReport, median};
 use crate::light_rig::{LightRig, PanelModel};
@@ -189,6 +190,23 @@ impl Fitted {
         let panels = self.rig.panels().iter().enumerate();
         let misfits = panels.filter_map(|(light, panel)| misfit(sample, light, panel, gain).map(f64::abs));
         median(misfits.collect()).unwrap_or(f64::INFINITY)
+    }
+
+    /// The published models, fitted to the same samples with the same gains.
+    pub(super) fn polynomials(&self, samples: &[TargetSample]) -> PolynomialRig {
+        let fit = |(light, panel): (usize, &PanelModel)| {
+            let of_light = |sample: &TargetSample| {
+                let (signal, _) = sample.signal[light]?;
+                let place = [sample.point.x, sample.point.y];
+                Some((place, sample.normal, signal / self.gains[sample.view]))
+            };
+            let own: Vec<_> = samples.iter().filter_map(of_light).collect();
+            PolynomialLight::fit(panel.channel, &own)
+        };
+        let panels: Vec<_> = self.rig.panels().iter().enumerate().collect();
+        PolynomialRig {
+            lights: panels.into_par_iter().map(fit).collect(),
+        }
     }
 
     pub(super) fn light_reports(&self, samples: &[TargetSample]) -> Vec<LightReport> {

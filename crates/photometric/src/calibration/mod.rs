@@ -6,6 +6,7 @@
 
 mod fit;
 mod panel_parameters;
+mod polynomial;
 mod samples;
 mod target;
 
@@ -16,6 +17,8 @@ use crate::light_rig::LightRig;
 use crate::sensor_noise::SensorNoise;
 use crate::view::{PixelRays, View};
 use imaging::ExposureStack;
+
+pub use polynomial::{PolynomialLight, PolynomialRig};
 
 use samples::TargetSample;
 
@@ -48,6 +51,8 @@ pub struct CalibrationOptions {
 pub struct LightCalibration {
     /// Mean radiance 1.
     pub rig: LightRig,
+    /// The published system's models of the same lights, for comparison.
+    pub polynomials: PolynomialRig,
     /// One for each placement, in the order of their first views.
     pub placements: Vec<PlacementReport>,
     /// One for each light.
@@ -197,6 +202,7 @@ fn finish(fitted: fit::Fitted, samples: &[TargetSample], placements: Vec<Placeme
         None => None,
     };
     LightCalibration {
+        polynomials: fitted.polynomials(samples),
         rig: fitted.rig,
         placements,
         lights,

@@ -13,5 +13,6 @@ mod pixels;
 mod samples;
 mod solve;
 
+pub(crate) use pixels::Pixels;
 pub(crate) use solve::{FirstLook, Solved, solve};
 pub use solve::{NearFieldOptions, near_field_normals};

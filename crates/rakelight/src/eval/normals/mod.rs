@@ -12,8 +12,9 @@ use anyhow::{Context, anyhow};
 use calibration_files::LightsFile;
 use clap::Args;
 use photometric::{
-    CalibrationOptions, Capture, DirectionalLight, LeastSquaresOptions, LightRig, PixelRays, SensorNoise, SolveOptions,
-    TargetView, calibrate_lights, least_squares_normals, solve_view,
+    CalibrationOptions, Capture, DirectionalLight, LeastSquaresOptions, LightRig, PixelRays, PolynomialRig,
+    ReferenceOptions, SensorNoise, SolveOptions, TargetView, calibrate_lights, least_squares_normals,
+    reference_normals, solve_view,
 };
 use rig_scenes::{CapturedView, SceneFolder, Truth, find_scenes};
 use serde::Serialize;
@@ -45,6 +46,8 @@ struct Row {
     normals: Score,
     /// Plain least squares with one direction per light, on the same pixels.
     least_squares: Score,
+    /// The published system's method; none with lights from a file, which holds no models of its kind.
+    reference: Option<Score>,
     /// None where no part was seen to stand on the table.
     depth: Option<DepthScore>,
     seconds: f64,
@@ -55,6 +58,13 @@ struct Report {
     views: Vec<Row>,
     mean: f64,
     least_squares_mean: f64,
+    reference_mean: Option<f64>,
+}
+
+/// The lights, and the published system's models of them.
+struct Lights {
+    rig: LightRig,
+    polynomials: Option<PolynomialRig>,
 }
 
 pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
@@ -65,8 +75,11 @@ fn evaluate(arguments: &Arguments) -> Result<(), Failure> {
     let paths = find_scenes(&arguments.truth).map_err(Failure::usage)?;
     let scenes = paths.iter().map(|path| SceneFolder::open(path));
     let scenes = scenes.collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
-    let rig = match &arguments.lights {
-        Some(path) => read_rig(path)?,
+    let lights = match &arguments.lights {
+        Some(path) => Lights {
+            rig: read_rig(path)?,
+            polynomials: None,
+        },
         None => calibrated(&scenes)?,
     };
     let wanted = |scene: &&SceneFolder| arguments.only.as_ref().is_none_or(|name| scene.name() == *name);
@@ -78,7 +91,7 @@ fn evaluate(arguments: &Arguments) -> Result<(), Failure> {
     {
         for view in scene.views()? {
             let Some(truth) = &view.truth else { continue };
-            let row = score(scene.name(), &view, truth, &rig)?;
+            let row = score(scene.name(), &view, truth, &lights)?;
             if !arguments.json {
                 println!("{}", row.for_people());
             }
@@ -92,15 +105,21 @@ fn evaluate(arguments: &Arguments) -> Result<(), Failure> {
     let report = Report {
         mean: mean(|row| row.normals.mean),
         least_squares_mean: mean(|row| row.least_squares.mean),
+        reference_mean: lights
+            .polynomials
+            .map(|_| mean(|row| row.reference.map_or(f64::NAN, |score| score.mean))),
         views,
     };
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
         println!(
-            "mean of {} views: {:.2} degrees; plain least squares {:.2}",
+            "mean of {} views: {:.2} degrees; published method {}, plain least squares {:.2}",
             report.views.len(),
             report.mean,
+            report
+                .reference_mean
+                .map_or_else(|| "-".to_owned(), |mean| format!("{mean:.2}")),
             report.least_squares_mean
         );
     }
@@ -114,7 +133,7 @@ fn read_rig(path: &Path) -> Result<LightRig, Failure> {
 }
 
 /// The lights from every hemisphere among the scenes.
-fn calibrated(scenes: &[SceneFolder]) -> Result<LightRig, Failure> {
+fn calibrated(scenes: &[SceneFolder]) -> Result<Lights, Failure> {
     let targets: Vec<&SceneFolder> = scenes.iter().filter(|scene| scene.hemisphere().is_some()).collect();
     if targets.is_empty() {
         let problem = anyhow!("no captures of hemispheres among the scenes: give the lights by --lights FILE");
@@ -138,12 +157,16 @@ fn calibrated(scenes: &[SceneFolder]) -> Result<LightRig, Failure> {
     };
     let calibration = calibrate_lights(&captures.iter().map(view).collect::<Vec<_>>(), &CalibrationOptions::RIG)?;
     match calibration.failure {
-        None => Ok(calibration.rig),
+        None => Ok(Lights {
+            rig: calibration.rig,
+            polynomials: Some(calibration.polynomials),
+        }),
         Some(reason) => Err(anyhow!("the calibration failed: {reason}").into()),
     }
 }
 
-fn score(scene: String, view: &CapturedView, truth: &Truth, rig: &LightRig) -> anyhow::Result<Row> {
+fn score(scene: String, view: &CapturedView, truth: &Truth, lights: &Lights) -> anyhow::Result<Row> {
+    let rig = &lights.rig;
     let rays = PixelRays::new(&view.view.camera);
     let capture = Capture {
         stack: &view.stack,
@@ -156,8 +179,18 @@ fn score(scene: String, view: &CapturedView, truth: &Truth, rig: &LightRig) -> a
     let solution = solve_view(&capture, &SolveOptions::default())?;
     let seconds = started.elapsed().as_secs_f64();
     let plain = least_squares_normals(&view.stack, &directional(rig)?, &LeastSquaresOptions::default())?;
+    let reference = lights.polynomials.as_ref().map(|polynomials| {
+        reference_normals(
+            &capture,
+            &solution.normals.mask,
+            polynomials,
+            &ReferenceOptions::default(),
+        )
+    });
+    let reference = reference.transpose()?;
     Ok(Row {
         scene,
+        reference: reference.map(|reference| Score::of(&reference.normals, truth, &view.mask)),
         camera: view.camera.clone(),
         normals: Score::of(&solution.normals.normals, truth, &view.mask),
         least_squares: Score::of(&plain.normals, truth, &view.mask),
@@ -181,8 +214,11 @@ impl Row {
         let depth = self
             .depth
             .map_or_else(|| "no depth".to_owned(), |depth| depth.to_string());
+        let reference = self
+            .reference
+            .map_or_else(|| "-".to_owned(), |score| format!("{:5.2}", score.mean));
         format!(
-            "{:16} {}  {}   plain least squares {:5.2}   depth {depth}   {:.0} ms",
+            "{:16} {}  {}   published method {reference}, plain least squares {:5.2}   depth {depth}   {:.0} ms",
             self.scene,
             self.camera,
             self.normals,
