@@ -85,4 +85,10 @@ pub enum PhotometricError {
         /// Rows expected.
         expected_height: usize,
     },
+    /// Shadows are told by what other lights show.
+    #[error("of lights {present:?} none can be predicted from an overhead light, an opposed one and a fourth")]
+    NoOpposedLights {
+        /// Channels of the rig.
+        present: Vec<u8>,
+    },
 }

@@ -1,0 +1,121 @@
+//! How lit every pixel is under every light: lit, in cast shadow, or neither.
+
+use rayon::prelude::*;
+
+use super::grid::{Grid, SQUARE, SquareLight};
+use super::smoothing::{RowSums, Signals};
+use crate::error::PhotometricError;
+use crate::solution::Capture;
+
+/// A pixel that shows all that is predicted.
+pub(super) const LIT: u8 = 0;
+/// Neither: facing away from the light, too dark to tell, or saturated.
+pub(super) const UNKNOWN: u8 = 127;
+/// A pixel that shows nothing of what is predicted.
+pub(super) const CAST: u8 = 254;
+
+/// Predictions count in full from this share of the pixel's largest sample; below it a light hardly grazes the surface
+/// and what it sends by way of the room is as much.
+const LEAST_SHARE: f32 = 0.5;
+/// Sigmas of noise by which a prediction must stand out to count in full.
+const SIGMAS: f32 = 2.0;
+
+/// States of all pixels under all lights; a row of every light after another.
+pub(super) struct States {
+    pub(super) width: usize,
+    pub(super) height: usize,
+    lights: usize,
+    rows: Vec<u8>,
+}
+
+impl States {
+    pub(super) fn new(capture: &Capture<'_>, grid: &Grid) -> Result<Self, PhotometricError> {
+        let signals = Signals::new(capture)?;
+        let (width, height, lights) = (capture.stack.width(), capture.stack.height(), grid.light_count());
+        let mut rows = vec![UNKNOWN; width * height * lights];
+        let bands = rows.par_chunks_mut(width * lights * SQUARE).enumerate();
+        bands.for_each_init(
+            || RowSums::new(width, lights),
+            |sums, (band, rows)| {
+                for (row, states) in rows.chunks_exact_mut(width * lights).enumerate() {
+                    signals.smooth_row(band * SQUARE + row, sums);
+                    row_states(sums, grid, band, states);
+                }
+            },
+        );
+        Ok(Self {
+            width,
+            height,
+            lights,
+            rows,
+        })
+    }
+
+    /// One row under one light.
+    pub(super) fn row(&self, y: usize, light: usize) -> &[u8] {
+        let start = (y * self.lights + light) * self.width;
+        &self.rows[start..start + self.width]
+    }
+}
+
+/// States of one row; all lights of it one after another.
+fn row_states(sums: &RowSums, grid: &Grid, band: usize, states: &mut [u8]) {
+    let width = sums.width();
+    for (light, states) in states.chunks_exact_mut(width).enumerate() {
+        for (column, states) in states.chunks_mut(SQUARE).enumerate() {
+            let square = &grid.square(column, band)[light];
+            run_states(sums, square, light, column * SQUARE, states);
+        }
+        sums.mark_saturated(grid, band, light, states);
+    }
+}
+
+/// States of the pixels of one row in one square.
+fn run_states(sums: &RowSums, square: &SquareLight, light: usize, start: usize, states: &mut [u8]) {
+    let Some([one, other]) = square.predictions else {
+        return;
+    };
+    let range = start..start + states.len();
+    let samples = &sums.samples(light)[range.clone()];
+    let (largest, sigmas) = (&sums.largest()[range.clone()], &sums.sigmas()[range.clone()]);
+    let [a, b, c] = one.sources.map(|source| &sums.samples(source)[range.clone()]);
+    let d = &sums.samples(other.sources[2])[range];
+    let ([wa, wb, wc], [va, vb, vd]) = (one.weights, other.weights);
+    let margin = SIGMAS * square.noise_gain;
+    let pixels = states.iter_mut().zip(samples).zip(largest).zip(sigmas);
+    let sources = a.iter().zip(b).zip(c).zip(d);
+    for ((((state, &sample), &largest), &sigma), (((&a, &b), &c), &d)) in pixels.zip(sources) {
+        let predicted = least(wa * a + wb * b + wc * c, va * a + vb * b + vd * d);
+        let predicted = least(most(predicted, 0.0), largest);
+        let scale = most(predicted, LEAST_SHARE * largest) + margin * sigma;
+        *state = encode((predicted - 2.0 * sample) / scale);
+    }
+}
+
+/// From lit (-1) to cast shadow (1), in 254 steps. Adding 2^23 leaves the rounded number in the lowest bits, which
+/// compilers turn into vector code where they do not for a cast.
+fn encode(state: f32) -> u8 {
+    let clamped = least(most(state, -1.0), 1.0);
+    (clamped * 127.0 + (8_388_608.0 + 127.0)).to_bits() as u8
+}
+
+/// Without the care for NaN that keeps `f32::min` from being one instruction.
+pub(super) fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// Likewise for `f32::max`.
+pub(super) fn most(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn states_are_encoded_from_lit_to_cast() {
+        assert_eq!([-7.0, -1.0, 0.0, 1.0, 7.0].map(encode), [LIT, LIT, UNKNOWN, CAST, CAST]);
+        assert_eq!(encode(0.5), 191);
+    }
+}
