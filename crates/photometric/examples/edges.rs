@@ -122,22 +122,30 @@ fn report_times(size: usize, rig: &LightRig) -> Result<(), Failure> {
         rig,
         noise: SensorNoise::RIG,
     };
-    let input = EdgeInput {
-        capture: &capture,
-        mask: None,
-        depth: None,
-    };
+    let mask = object_mask(&capture, &ObjectMaskOptions::default())?;
+    for (what, mask) in [("object", Some(&mask)), ("everything", None)] {
+        let input = EdgeInput {
+            capture: &capture,
+            mask,
+            depth: None,
+        };
+        time(&format!("{size} x {size}, {what}"), &input)?;
+    }
+    Ok(())
+}
+
+fn time(what: &str, input: &EdgeInput<'_>) -> Result<(), Failure> {
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         let mut times = Vec::new();
         for _ in 0..15 {
             let start = Instant::now();
-            pool.install(|| occlusion_edges(&input, &EdgeOptions::default()))?;
+            pool.install(|| occlusion_edges(input, &EdgeOptions::default()))?;
             times.push(start.elapsed().as_secs_f64() * 1e3);
         }
         times.sort_by(f64::total_cmp);
         println!(
-            "{size} x {size}, {threads} threads: median {:.1} ms, least {:.1} ms",
+            "{what}, {threads} threads: median {:.1} ms, least {:.1} ms",
             times[7], times[0]
         );
     }

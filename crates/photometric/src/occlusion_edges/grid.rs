@@ -1,6 +1,9 @@
 //! What the lights' places mean in the image, in squares small enough that it is the same all over one.
 
+use std::ops::Range;
+
 use geometry::nalgebra::{Matrix3, Point3, Vector3};
+use imaging::Mask;
 use rayon::prelude::*;
 
 use super::{EdgeInput, EdgeOptions};
@@ -54,9 +57,10 @@ impl Grid {
         let columns = width.div_ceil(SQUARE);
         let middle = |index: usize, size: usize| (index * SQUARE + SQUARE / 2).min(size - 1);
         let square = |index: usize| {
-            let (x, y) = (middle(index % columns, width), middle(index / columns, height));
-            let point = surface(input, options, x, y);
-            match point {
+            let (column, row) = (index % columns, index / columns);
+            let is_wanted = input.mask.is_none_or(|mask| touches(mask, column, row));
+            let surface = || surface(input, options, middle(column, width), middle(row, height));
+            match is_wanted.then(surface).flatten() {
                 Some(point) => lights_at(input.capture.view, panels, &point, options.reach),
                 None => vec![SquareLight::default(); panels.len()],
             }
@@ -84,6 +88,18 @@ impl Grid {
         &self.squares[start..start + self.lights]
     }
 
+    /// Columns of squares from the first to the last in which some light can be predicted.
+    pub(super) fn used_columns(&self, row: usize) -> Range<usize> {
+        let is_used = |column: &usize| {
+            self.square(*column, row)
+                .iter()
+                .any(|light| light.predictions.is_some())
+        };
+        let first = (0..self.columns).find(is_used).unwrap_or(0);
+        let end = (first..self.columns).rfind(is_used).map_or(first, |last| last + 1);
+        first..end
+    }
+
     /// Channels of the lights that can be predicted somewhere.
     pub(super) fn lights(&self, rig: &LightRig) -> Vec<u8> {
         let is_predicted = |light: usize| {
@@ -100,6 +116,18 @@ impl Grid {
     pub(super) fn least_pixels(&self) -> usize {
         (4.0 * self.reach_px * self.reach_px) as usize
     }
+}
+
+/// Whether the mask has pixels in a square or so near that steps reach them.
+fn touches(mask: &Mask, column: usize, row: usize) -> bool {
+    let image = mask.as_image();
+    let margin = SHIFTS_PX.1 as usize;
+    let range = |index: usize, size: usize| {
+        let start = index * SQUARE;
+        start.saturating_sub(margin)..(start + SQUARE + margin).min(size)
+    };
+    let (columns, mut rows) = (range(column, image.width()), range(row, image.height()));
+    rows.any(|y| image.row(y)[columns.clone()].iter().fold(0, |any, &value| any | value) != 0)
 }
 
 fn shift_length(shift: [isize; 2]) -> f64 {

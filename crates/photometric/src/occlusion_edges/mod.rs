@@ -11,6 +11,7 @@
 //! be dark, while a pixel in cast shadow is not.
 
 mod grid;
+mod padded;
 mod smoothing;
 mod states;
 mod steps;

@@ -1,5 +1,7 @@
 //! Samples without ambient light, smoothed row by row.
 
+use std::ops::Range;
+
 use super::grid::{Grid, Prediction, SQUARE};
 use super::states::{LIT, UNKNOWN, most};
 use crate::error::PhotometricError;
@@ -28,7 +30,7 @@ pub(super) struct RowSums {
     dark: Vec<i32>,
     /// Sums over three rows, with the first and the last repeated.
     columns: Vec<f32>,
-    /// Columns next to or at a saturated sample, for each light.
+    /// Columns beside or at a saturated sample, for each light.
     saturated: Vec<Vec<usize>>,
 }
 
@@ -61,21 +63,24 @@ impl<'a> Signals<'a> {
         })
     }
 
-    /// Fills all of `sums` for one row; beyond the image its border goes on.
-    pub(super) fn smooth_row(&self, y: usize, sums: &mut RowSums) {
+    /// Fills some columns of `sums` for one row; beyond the image its border goes on.
+    pub(super) fn smooth_row(&self, y: usize, columns: Range<usize>, sums: &mut RowSums) {
         let rows = [y.saturating_sub(1), y, (y + 1).min(self.height - 1)];
-        let of = |image: &'a [u16]| rows.map(|row| &image[row * self.width..(row + 1) * self.width]);
+        let wide = columns.start.saturating_sub(1)..(columns.end + 1).min(self.width);
+        let of = |image: &'a [u16]| rows.map(|row| &image[row * self.width..][wide.clone()]);
         let [above, here, below] = of(self.dark);
-        for (sum, ((&a, &b), &c)) in sums.dark.iter_mut().zip(above.iter().zip(here).zip(below)) {
+        let dark = &mut sums.dark[wide.clone()];
+        for (sum, ((&a, &b), &c)) in dark.iter_mut().zip(above.iter().zip(here).zip(below)) {
             *sum = weighted(a, b, c);
         }
-        sums.largest.fill(0.0);
+        sums.largest[columns.clone()].fill(0.0);
         for (light, image) in self.lit.iter().enumerate() {
             let lit = of(image);
-            sums.smooth_light(light, lit);
-            find_saturated(lit, self.saturation, &mut sums.saturated[light]);
+            sums.smooth_light(light, lit, &columns, &wide);
+            find_saturated(lit, self.saturation, wide.start, &mut sums.saturated[light]);
         }
-        for (sigma, &largest) in sums.sigmas.iter_mut().zip(&sums.largest) {
+        let sigmas = sums.sigmas[columns.clone()].iter_mut();
+        for (sigma, &largest) in sigmas.zip(&sums.largest[columns]) {
             *sigma = SMOOTHED_SIGMA * (self.variance_in_dark + self.variance_per_dn * largest).sqrt();
         }
     }
@@ -114,18 +119,21 @@ impl RowSums {
         &self.sigmas
     }
 
-    fn smooth_light(&mut self, light: usize, [above, here, below]: [&[u16]; 3]) {
-        let columns = &mut self.columns[1..=self.width];
-        let rows = above.iter().zip(here).zip(below).zip(&self.dark);
-        for (column, (((&a, &b), &c), &dark)) in columns.iter_mut().zip(rows) {
-            *column = (weighted(a, b, c) - dark) as f32;
+    /// `rows` are the samples of the `wide` columns: those asked for and one to either side, where there is one.
+    fn smooth_light(&mut self, light: usize, rows: [&[u16]; 3], columns: &Range<usize>, wide: &Range<usize>) {
+        let [above, here, below] = rows;
+        let sums = &mut self.columns[wide.start + 1..=wide.end];
+        let rows = above.iter().zip(here).zip(below).zip(&self.dark[wide.clone()]);
+        for (sum, (((&a, &b), &c), &dark)) in sums.iter_mut().zip(rows) {
+            *sum = (weighted(a, b, c) - dark) as f32;
         }
         self.columns[0] = self.columns[1];
         self.columns[self.width + 1] = self.columns[self.width];
-        let samples = &mut self.samples[light * self.width..(light + 1) * self.width];
-        let (left, middle, right) = (&self.columns, &self.columns[1..], &self.columns[2..]);
-        let around = left.iter().zip(middle).zip(right);
-        for ((sample, largest), ((&a, &b), &c)) in samples.iter_mut().zip(&mut self.largest).zip(around) {
+        let samples = &mut self.samples[light * self.width..][columns.clone()];
+        let around = &self.columns[columns.start..columns.end + 2];
+        let around = around.iter().zip(&around[1..]).zip(&around[2..]);
+        let largest = &mut self.largest[columns.clone()];
+        for ((sample, largest), ((&a, &b), &c)) in samples.iter_mut().zip(largest).zip(around) {
             *sample = (a + 2.0 * b + c) * (1.0 / 16.0);
             *largest = most(*largest, *sample);
         }
@@ -133,7 +141,7 @@ impl RowSums {
 
     /// Corrects one light's states where samples are saturated: lit where its own is, unknown where a prediction is
     /// made of one.
-    pub(super) fn mark_saturated(&self, grid: &Grid, band: usize, light: usize, states: &mut [u8]) {
+    pub(super) fn mark_saturated(&self, grid: &Grid, band: usize, light: usize, states: &mut [i8]) {
         for (source, columns) in self.saturated.iter().enumerate() {
             for &x in columns {
                 let uses = |prediction: &Prediction| prediction.sources.contains(&source);
@@ -155,7 +163,8 @@ fn weighted(a: u16, b: u16, c: u16) -> i32 {
     i32::from(a) + 2 * i32::from(b) + i32::from(c)
 }
 
-fn find_saturated(rows: [&[u16]; 3], saturation: u16, found: &mut Vec<usize>) {
+/// Columns beside or at a saturated sample, of rows that begin at a column `start`.
+fn find_saturated(rows: [&[u16]; 3], saturation: u16, start: usize, found: &mut Vec<usize>) {
     found.clear();
     let brightest = |row: &[u16]| row.iter().fold(0, |most, &raw| if raw > most { raw } else { most });
     if rows.iter().all(|row| brightest(row) < saturation) {
@@ -167,5 +176,5 @@ fn find_saturated(rows: [&[u16]; 3], saturation: u16, found: &mut Vec<usize>) {
         rows.iter()
             .any(|row| row[near.clone()].iter().any(|&raw| raw >= saturation))
     };
-    found.extend((0..width).filter(is_saturated));
+    found.extend((0..width).filter(is_saturated).map(|x| x + start));
 }

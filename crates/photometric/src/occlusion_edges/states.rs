@@ -8,11 +8,11 @@ use crate::error::PhotometricError;
 use crate::solution::Capture;
 
 /// A pixel that shows all that is predicted.
-pub(super) const LIT: u8 = 0;
-/// Neither: facing away from the light, too dark to tell, or saturated.
-pub(super) const UNKNOWN: u8 = 127;
+pub(super) const LIT: i8 = -127;
+/// Neither: facing away from the light, too dark to tell, saturated, or not looked at.
+pub(super) const UNKNOWN: i8 = 0;
 /// A pixel that shows nothing of what is predicted.
-pub(super) const CAST: u8 = 254;
+pub(super) const CAST: i8 = 127;
 
 /// Predictions count in full from this share of the pixel's largest sample; below it a light hardly grazes the surface
 /// and what it sends by way of the room is as much.
@@ -25,7 +25,7 @@ pub(super) struct States {
     pub(super) width: usize,
     pub(super) height: usize,
     lights: usize,
-    rows: Vec<u8>,
+    rows: Vec<i8>,
 }
 
 impl States {
@@ -37,8 +37,13 @@ impl States {
         bands.for_each_init(
             || RowSums::new(width, lights),
             |sums, (band, rows)| {
+                let squares = grid.used_columns(band);
+                let columns = squares.start * SQUARE..(squares.end * SQUARE).min(width);
+                if columns.is_empty() {
+                    return;
+                }
                 for (row, states) in rows.chunks_exact_mut(width * lights).enumerate() {
-                    signals.smooth_row(band * SQUARE + row, sums);
+                    signals.smooth_row(band * SQUARE + row, columns.clone(), sums);
                     row_states(sums, grid, band, states);
                 }
             },
@@ -52,26 +57,25 @@ impl States {
     }
 
     /// One row under one light.
-    pub(super) fn row(&self, y: usize, light: usize) -> &[u8] {
+    pub(super) fn row(&self, y: usize, light: usize) -> &[i8] {
         let start = (y * self.lights + light) * self.width;
         &self.rows[start..start + self.width]
     }
 }
 
 /// States of one row; all lights of it one after another.
-fn row_states(sums: &RowSums, grid: &Grid, band: usize, states: &mut [u8]) {
+fn row_states(sums: &RowSums, grid: &Grid, band: usize, states: &mut [i8]) {
     let width = sums.width();
     for (light, states) in states.chunks_exact_mut(width).enumerate() {
         for (column, states) in states.chunks_mut(SQUARE).enumerate() {
-            let square = &grid.square(column, band)[light];
-            run_states(sums, square, light, column * SQUARE, states);
+            run_states(sums, &grid.square(column, band)[light], light, column * SQUARE, states);
         }
         sums.mark_saturated(grid, band, light, states);
     }
 }
 
 /// States of the pixels of one row in one square.
-fn run_states(sums: &RowSums, square: &SquareLight, light: usize, start: usize, states: &mut [u8]) {
+fn run_states(sums: &RowSums, square: &SquareLight, light: usize, start: usize, states: &mut [i8]) {
     let Some([one, other]) = square.predictions else {
         return;
     };
@@ -92,11 +96,11 @@ fn run_states(sums: &RowSums, square: &SquareLight, light: usize, start: usize, 
     }
 }
 
-/// From lit (-1) to cast shadow (1), in 254 steps. Adding 2^23 leaves the rounded number in the lowest bits, which
-/// compilers turn into vector code where they do not for a cast.
-fn encode(state: f32) -> u8 {
+/// From lit (-1) to cast shadow (1), in 254 steps. Adding 1.5 times 2^23 leaves the rounded number in the lowest bits,
+/// which compilers turn into vector code where they do not for a cast.
+fn encode(state: f32) -> i8 {
     let clamped = least(most(state, -1.0), 1.0);
-    (clamped * 127.0 + (8_388_608.0 + 127.0)).to_bits() as u8
+    (clamped * f32::from(CAST) + 12_582_912.0).to_bits() as i8
 }
 
 /// Without the care for NaN that keeps `f32::min` from being one instruction.
@@ -116,6 +120,6 @@ mod tests {
     #[test]
     fn states_are_encoded_from_lit_to_cast() {
         assert_eq!([-7.0, -1.0, 0.0, 1.0, 7.0].map(encode), [LIT, LIT, UNKNOWN, CAST, CAST]);
-        assert_eq!(encode(0.5), 191);
+        assert_eq!([0.25, -0.5].map(encode), [32, -64]);
     }
 }

@@ -4,10 +4,11 @@ use imaging::Image;
 use rayon::prelude::*;
 
 use super::grid::{Grid, SQUARE};
-use super::states::{States, UNKNOWN};
+use super::padded::Padded;
+use super::states::{LIT, States};
 
 /// The strength of a step from fully lit to fully in cast shadow.
-const FULL: u8 = UNKNOWN;
+const FULL: u8 = 127;
 
 /// A share of a full step in the steps' own unit.
 pub(super) fn quantised(share: f32) -> u8 {
@@ -15,31 +16,37 @@ pub(super) fn quantised(share: f32) -> u8 {
 }
 
 /// Strength of a step as a share of a full one.
-pub(super) fn confidence(strengths: &Image<u8>) -> Image<f32> {
+pub(super) fn confidence(strengths: &Padded) -> Image<f32> {
     let (width, height) = (strengths.width(), strengths.height());
     let mut confidence = Image::filled(width, height, 0.0);
-    let pixels = confidence.pixels_mut().par_iter_mut().zip(strengths.pixels());
-    pixels
-        .with_min_len(1 << 14)
-        .for_each(|(confidence, &strength)| *confidence = f32::from(strength) * (1.0 / f32::from(FULL)));
+    let rows = confidence.pixels_mut().par_chunks_exact_mut(width).enumerate();
+    rows.with_min_len(SQUARE).for_each(|(y, row)| {
+        for (confidence, &strength) in row.iter_mut().zip(strengths.row(y)) {
+            *confidence = f32::from(strength) * (1.0 / f32::from(FULL));
+        }
+    });
     confidence
 }
 
 /// The strongest step of every pixel over the lights, beyond the difference between lit and unknown: a crease between a
 /// lit facet and one that faces away is no edge, nor is the foot of that facet in its own shadow.
-pub(super) fn strengths(states: &States, grid: &Grid) -> Image<u8> {
-    let (width, height) = (states.width, states.height);
-    let mut strengths = Image::filled(width, height, 0_u8);
-    let bands = strengths.pixels_mut().par_chunks_mut(width * SQUARE).enumerate();
+pub(super) fn strengths(states: &States, grid: &Grid) -> Padded {
+    let mut strengths = Padded::zeros(states.width, states.height);
+    let (width, stride) = (states.width, strengths.stride());
+    let bands = strengths
+        .bordered_rows_mut()
+        .par_chunks_mut(stride * SQUARE)
+        .enumerate();
     bands.for_each(|(band, rows)| {
-        for (row, strengths) in rows.chunks_exact_mut(width).enumerate() {
-            for (column, strengths) in strengths.chunks_mut(SQUARE).enumerate() {
-                for light in 0..grid.light_count() {
-                    let square = &grid.square(column, band)[light];
-                    if square.predictions.is_some() {
-                        let at = [column * SQUARE, band * SQUARE + row];
-                        run_steps(states, light, square.shift, at, strengths);
-                    }
+        for column in grid.used_columns(band) {
+            let (start, end) = (column * SQUARE, ((column + 1) * SQUARE).min(width));
+            for (light, square) in grid.square(column, band).iter().enumerate() {
+                if square.predictions.is_none() {
+                    continue;
+                }
+                for (row, strengths) in rows.chunks_exact_mut(stride).enumerate() {
+                    let at = [start, band * SQUARE + row];
+                    run_steps(states, light, square.shift, at, &mut strengths[start + 1..=end]);
                 }
             }
         }
@@ -64,10 +71,29 @@ fn run_steps(states: &States, light: usize, [dx, dy]: [isize; 2], at: [usize; 2]
     let strengths = &mut strengths[first - at[0]..end - at[0]];
     let pairs = away[partners(dx)].iter().zip(&towards[partners(-dx)]);
     for (strength, (&dark, &lit)) in strengths.iter_mut().zip(pairs) {
-        *strength = (*strength).max(dark.saturating_sub(lit).saturating_sub(UNKNOWN));
+        *strength = (*strength).max(step(dark, lit));
     }
+}
+
+/// How far two states are apart, beyond half of the way from lit to cast shadow.
+fn step(dark: i8, lit: i8) -> u8 {
+    let above_lit = |state: i8| state.wrapping_sub(LIT).cast_unsigned();
+    above_lit(dark).saturating_sub(above_lit(lit)).saturating_sub(FULL)
 }
 
 fn moved(row: usize, by: isize, height: usize) -> Option<usize> {
     row.checked_add_signed(by).filter(|&row| row < height)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::states::{CAST, UNKNOWN};
+    use super::*;
+
+    #[test]
+    fn only_a_step_from_lit_to_cast_shadow_counts() {
+        assert_eq!(step(CAST, LIT), FULL);
+        assert_eq!([step(LIT, CAST), step(CAST, UNKNOWN), step(UNKNOWN, LIT)], [0; 3]);
+        assert_eq!(step(CAST, LIT + 27), 100);
+    }
 }

@@ -2,19 +2,23 @@
 
 use imaging::{Image, Mask};
 
-use super::trace::{Regions, around};
+use super::trace::Regions;
 
 /// Lines up to this far outside the mask are its object's border, pixels.
 const BESIDE_MASK: usize = 2;
 
-/// The middle lines of regions, of those in the mask or right beside it.
+/// The middle lines of regions, of those in the mask or right beside it (Zhang and Suen, "A fast parallel algorithm for
+/// thinning digital patterns", 1984).
 pub(super) fn lines(mut regions: Regions, mask: Option<&Mask>) -> Mask {
-    while thin(&mut regions, [0, 2, 4], [2, 4, 6]) | thin(&mut regions, [0, 2, 6], [0, 4, 6]) {}
-    let mut image = Image::filled(regions.width, regions.height, 0_u8);
+    let (south_east, north_west) = (rule([0, 2, 4], [2, 4, 6]), rule([0, 2, 6], [0, 4, 6]));
+    let mut off = Vec::new();
+    while thin(&mut regions, &south_east, &mut off) | thin(&mut regions, &north_west, &mut off) {}
+    let inside = &regions.inside;
+    let mut image = Image::filled(inside.width(), inside.height(), 0_u8);
     for &index in &regions.pixels {
-        let (x, y) = regions.place(index);
+        let (x, y) = inside.place(index);
         if mask.is_none_or(|mask| is_beside(mask, x, y)) {
-            image.pixels_mut()[y * regions.width + x] = 255;
+            image.pixels_mut()[y * inside.width() + x] = 255;
         }
     }
     Mask::from_nonzero(&image)
@@ -25,41 +29,51 @@ fn is_beside(mask: &Mask, x: usize, y: usize) -> bool {
     near(y).any(|y| near(x).any(|x| mask.contains(x, y)))
 }
 
-/// Takes off pixels of the regions' border from one side, all at once, as long as they neither end a line nor hold two
-/// parts together; says whether there were any (Zhang and Suen, "A fast parallel algorithm for thinning digital
-/// patterns", 1984). Of both triples of neighbours one must be outside.
-fn thin(regions: &mut Regions, one: [usize; 3], other: [usize; 3]) -> bool {
-    let stride = regions.stride();
-    let is_off = |inside: &[u8], index: usize| {
-        let ring = around(index, stride).map(|neighbour| inside[neighbour]);
-        let count: u8 = ring.iter().sum();
-        let starts = (0..8).filter(|&at| ring[at] == 0 && ring[(at + 1) % 8] == 1).count();
-        let has_gap = |triple: [usize; 3]| triple.iter().any(|&at| ring[at] == 0);
-        (2..=6).contains(&count) && starts == 1 && has_gap(one) && has_gap(other)
-    };
-    let pixels = std::mem::take(&mut regions.pixels);
-    let (off, on): (Vec<usize>, Vec<usize>) = pixels.into_iter().partition(|&index| is_off(&regions.inside, index));
-    for &index in &off {
-        regions.inside[index] = 0;
+/// For each pattern of neighbours (bit i: the i-th clockwise from above is inside) whether its pixel is taken off: it
+/// neither ends a line nor holds two parts together, and of both triples of neighbours one is outside.
+fn rule(one: [usize; 3], other: [usize; 3]) -> [bool; 256] {
+    std::array::from_fn(|pattern| {
+        let is_inside = |at: usize| pattern >> (at % 8) & 1 == 1;
+        let starts = (0..8).filter(|&at| !is_inside(at) && is_inside(at + 1)).count();
+        let has_gap = |triple: [usize; 3]| triple.into_iter().any(|at| !is_inside(at));
+        (2..=6).contains(&pattern.count_ones()) && starts == 1 && has_gap(one) && has_gap(other)
+    })
+}
+
+/// Takes pixels off, all at once; says whether there were any.
+fn thin(regions: &mut Regions, rule: &[bool; 256], off: &mut Vec<usize>) -> bool {
+    let inside = &regions.inside;
+    off.clear();
+    regions.pixels.retain(|&index| {
+        let neighbours = inside
+            .around(index)
+            .map(|neighbour| usize::from(inside.bytes[neighbour]));
+        let pattern = neighbours.iter().rev().fold(0, |bits, inside| bits << 1 | inside);
+        if rule[pattern] {
+            off.push(index);
+        }
+        !rule[pattern]
+    });
+    for &index in off.iter() {
+        regions.inside.bytes[index] = 0;
     }
-    regions.pixels = on;
     !off.is_empty()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::padded::Padded;
     use super::*;
 
     fn bar(width: usize, height: usize, is_inside: impl Fn(usize, usize) -> bool) -> Regions {
-        let mut regions = Regions::empty(width, height);
-        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-            if is_inside(x, y) {
-                let index = (y + 1) * regions.stride() + x + 1;
-                regions.inside[index] = 1;
-                regions.pixels.push(index);
-            }
+        let mut inside = Padded::zeros(width, height);
+        let all = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let wanted = all.filter(|&(x, y)| is_inside(x, y));
+        let pixels: Vec<usize> = wanted.map(|(x, y)| inside.index(x, y)).collect();
+        for &index in &pixels {
+            inside.bytes[index] = 1;
         }
-        regions
+        Regions { inside, pixels }
     }
 
     #[test]

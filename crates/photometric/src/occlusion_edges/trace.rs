@@ -1,6 +1,6 @@
 //! Regions of steps that hang together.
 
-use imaging::Image;
+use super::padded::Padded;
 
 /// What makes a region.
 #[derive(Debug, Clone, Copy)]
@@ -13,94 +13,87 @@ pub(super) struct Thresholds {
     pub(super) least_pixels: usize,
 }
 
-/// Pixels in an image with a border of one pixel all around, so that every pixel has eight neighbours.
+/// A set of pixels, as an image and as a list.
 pub(super) struct Regions {
-    pub(super) width: usize,
-    pub(super) height: usize,
     /// 1 inside, 0 outside.
-    pub(super) inside: Vec<u8>,
-    /// Indices of all pixels inside.
+    pub(super) inside: Padded,
+    /// Places of all pixels inside.
     pub(super) pixels: Vec<usize>,
-}
-
-impl Regions {
-    pub(super) fn empty(width: usize, height: usize) -> Self {
-        Self {
-            width,
-            height,
-            inside: vec![0; (width + 2) * (height + 2)],
-            pixels: Vec::new(),
-        }
-    }
-
-    /// Row length with the border.
-    pub(super) fn stride(&self) -> usize {
-        self.width + 2
-    }
-
-    /// Column and row of a pixel in the image itself.
-    pub(super) fn place(&self, index: usize) -> (usize, usize) {
-        (index % self.stride() - 1, index / self.stride() - 1)
-    }
 }
 
 /// Groups of pixels over the weak threshold that have one over the strong threshold (hysteresis: Canny, "A computational
 /// approach to edge detection", 1986, section IX); eight neighbours connect.
-pub(super) fn regions(strengths: &Image<u8>, thresholds: Thresholds) -> Regions {
-    let (width, height) = (strengths.width(), strengths.height());
-    let mut regions = Regions::empty(width, height);
+pub(super) fn regions(strengths: &Padded, thresholds: Thresholds) -> Regions {
+    let mut regions = Regions {
+        inside: Padded::zeros(strengths.width(), strengths.height()),
+        pixels: Vec::new(),
+    };
     let mut dropped = Vec::new();
-    for (y, row) in strengths.rows().enumerate() {
+    for y in 0..strengths.height() {
+        let row = strengths.row(y);
         if row.iter().fold(0, |most, &strength| strength.max(most)) <= thresholds.strong {
             continue;
         }
         for (x, &strength) in row.iter().enumerate() {
-            let index = (y + 1) * regions.stride() + x + 1;
-            if strength > thresholds.strong && regions.inside[index] == 0 {
-                let before = regions.pixels.len();
-                grow(strengths, thresholds.weak, index, &mut regions);
-                if regions.pixels.len() - before < thresholds.least_pixels {
-                    dropped.extend(regions.pixels.drain(before..));
-                }
+            let index = strengths.index(x, y);
+            if strength <= thresholds.strong || regions.inside.bytes[index] != 0 {
+                continue;
+            }
+            let before = regions.pixels.len();
+            grow(strengths, thresholds.weak, index, &mut regions);
+            if regions.pixels.len() - before < thresholds.least_pixels {
+                dropped.extend(regions.pixels.drain(before..));
             }
         }
     }
     for index in dropped {
-        regions.inside[index] = 0;
+        regions.inside.bytes[index] = 0;
     }
     regions
 }
 
 /// Adds the group of a pixel.
-fn grow(strengths: &Image<u8>, weak: u8, start: usize, regions: &mut Regions) {
-    let stride = regions.stride();
+fn grow(strengths: &Padded, weak: u8, start: usize, regions: &mut Regions) {
+    let inside = &mut regions.inside.bytes;
     let mut next = regions.pixels.len();
-    regions.inside[start] = 1;
+    inside[start] = 1;
     regions.pixels.push(start);
     while let Some(&index) = regions.pixels.get(next) {
         next += 1;
-        for neighbour in around(index, stride) {
-            let (column, row) = (neighbour % stride, neighbour / stride);
-            let strength = strengths.get(column.wrapping_sub(1), row.wrapping_sub(1));
-            if strength.is_some_and(|&strength| strength > weak) && regions.inside[neighbour] == 0 {
-                regions.inside[neighbour] = 1;
+        for neighbour in strengths.around(index) {
+            // The border's strength is 0, so that it never grows into it.
+            if strengths.bytes[neighbour] > weak && inside[neighbour] == 0 {
+                inside[neighbour] = 1;
                 regions.pixels.push(neighbour);
             }
         }
     }
 }
 
-/// Neighbours clockwise, from the one above.
-pub(super) fn around(index: usize, stride: usize) -> [usize; 8] {
-    let (above, below) = (index - stride, index + stride);
-    [
-        above,
-        above + 1,
-        index + 1,
-        below + 1,
-        below,
-        below - 1,
-        index - 1,
-        above - 1,
-    ]
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn strengths(row: &[u8]) -> Padded {
+        let mut strengths = Padded::zeros(row.len(), 1);
+        for (x, &strength) in row.iter().enumerate() {
+            let index = strengths.index(x, 0);
+            strengths.bytes[index] = strength;
+        }
+        strengths
+    }
+
+    #[test]
+    fn weak_steps_count_beside_strong_ones_only() {
+        let thresholds = Thresholds {
+            strong: 40,
+            weak: 20,
+            least_pixels: 2,
+        };
+        let found = regions(&strengths(&[0, 30, 50, 30, 20, 0, 30, 30, 0, 90, 0]), thresholds);
+        let columns: Vec<usize> = found.pixels.iter().map(|&index| found.inside.place(index).0).collect();
+        assert_eq!(columns.len(), 3, "{columns:?}");
+        assert_eq!(columns.iter().sum::<usize>(), 1 + 2 + 3);
+        assert_eq!(found.inside.bytes.iter().map(|&b| usize::from(b)).sum::<usize>(), 3);
+    }
 }
