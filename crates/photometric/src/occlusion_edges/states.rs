@@ -18,7 +18,7 @@ pub(super) const CAST: i8 = 127;
 /// and what it sends by way of the room is as much.
 const LEAST_SHARE: f32 = 0.5;
 /// Sigmas of noise by which a prediction must stand out to count in full.
-const SIGMAS: f32 = 2.0;
+const SIGMAS: f32 = 3.0;
 
 /// States of all pixels under all lights; a row of every light after another.
 pub(super) struct States {
@@ -92,7 +92,8 @@ fn run_states(sums: &RowSums, square: &SquareLight, light: usize, start: usize, 
         let predicted = least(wa * a + wb * b + wc * c, va * a + vb * b + vd * d);
         let predicted = least(most(predicted, 0.0), largest);
         let scale = most(predicted, LEAST_SHARE * largest) + margin * sigma;
-        *state = encode((predicted - 2.0 * sample) / scale);
+        // A sample below 0 is noise.
+        *state = encode((predicted - 2.0 * most(sample, 0.0)) / scale);
     }
 }
 
