@@ -339,6 +339,30 @@ fn scene_edges(captured: &CapturedView, rig: &LightRig) -> EdgeMap {
     .unwrap()
 }
 
+fn middle(mask: &Mask) -> (usize, usize) {
+    let pixels = pixels(mask);
+    let mean = |sum: usize| sum / pixels.len();
+    let (x, y) = (pixels.iter().map(|p| p.0).sum(), pixels.iter().map(|p| p.1).sum());
+    (mean(x), mean(y))
+}
+
+/// Whether no way over neighbouring pixels leads from a pixel to the image's border without crossing an edge.
+fn is_enclosed(edges: &Mask, start: (usize, usize)) -> bool {
+    let (width, height) = (edges.as_image().width(), edges.as_image().height());
+    let mut seen = vec![false; width * height];
+    let mut next = vec![start];
+    while let Some((x, y)) = next.pop() {
+        if edges.contains(x, y) || std::mem::replace(&mut seen[y * width + x], true) {
+            continue;
+        }
+        if x == 0 || y == 0 || x + 1 == width || y + 1 == height {
+            return false;
+        }
+        next.extend([(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)]);
+    }
+    true
+}
+
 #[test]
 fn a_disc_on_a_plate_of_its_own_print_is_a_closed_ring() {
     let Some((views, rig)) = scene("disc") else { return };
@@ -356,6 +380,11 @@ fn a_disc_on_a_plate_of_its_own_print_is_a_closed_ring() {
             100.0 * share
         );
         assert!(share >= 0.95, "{}: {share}", captured.camera);
+        assert!(
+            is_enclosed(&found.edges, middle(&captured.mask)),
+            "{}: the ring is open",
+            captured.camera
+        );
         assert!(inside <= 5, "{}: {inside}", captured.camera);
     }
 }

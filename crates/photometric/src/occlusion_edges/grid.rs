@@ -116,6 +116,11 @@ impl Grid {
     pub(super) fn least_pixels(&self) -> usize {
         (4.0 * self.reach_px * self.reach_px) as usize
     }
+
+    /// Gaps in an edge shorter than the reach are the noise's; half of it from either end.
+    pub(super) fn bridge(&self) -> usize {
+        (self.reach_px / 2.0).round() as usize
+    }
 }
 
 /// Whether the mask has pixels in a square or so near that steps reach them.

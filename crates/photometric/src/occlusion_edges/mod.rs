@@ -90,6 +90,7 @@ pub fn occlusion_edges(input: &EdgeInput<'_>, options: &EdgeOptions) -> Result<E
         strong: steps::quantised(options.strong),
         weak: steps::quantised(options.weak),
         least_pixels: grid.least_pixels(),
+        bridge: grid.bridge(),
     };
     let regions = trace::regions(&strengths, thresholds);
     Ok(EdgeMap {

@@ -43,6 +43,12 @@ impl Padded {
         (index % self.stride() - 1, index / self.stride() - 1)
     }
 
+    /// Whether a place is not on the border.
+    pub(super) fn is_in_image(&self, index: usize) -> bool {
+        let (column, row) = (index % self.stride(), index / self.stride());
+        (1..=self.width).contains(&column) && (1..=self.height).contains(&row)
+    }
+
     /// A row without its border.
     pub(super) fn row(&self, y: usize) -> &[u8] {
         let start = self.index(0, y);
