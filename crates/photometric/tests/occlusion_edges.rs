@@ -181,10 +181,12 @@ fn a_raised_square_of_its_floors_print_has_its_outline_for_edges() {
     );
     // Shadows end where nothing hides anything.
     assert_eq!(strays(&found.edges, &outline, 3), []);
-    for pixel in pixels(&found.edges) {
-        let confidence = *found.confidence.get(pixel.0, pixel.1).unwrap();
-        assert!((0.1..=1.0).contains(&confidence), "{confidence} at {pixel:?}");
-    }
+    // Bridged gaps and the ends of lines may have none.
+    let confidence = |&(x, y): &(usize, usize)| *found.confidence.get(x, y).unwrap();
+    let pixels = pixels(&found.edges);
+    let sure = pixels.iter().filter(|pixel| confidence(pixel) > 0.15).count();
+    assert!(sure * 20 > pixels.len() * 19, "{sure} of {}", pixels.len());
+    assert!(found.confidence.pixels().iter().all(|c| (0.0..=1.0).contains(c)));
     assert_eq!(found.lights, [1, 2, 3, 4, 5, 6]);
 }
 

@@ -51,7 +51,7 @@ pub struct EdgeOptions {
 /// Depth edges of one view, in the size of the capture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EdgeMap {
-    /// Lines one pixel wide.
+    /// Lines one pixel wide; gaps shorter than the reach are closed, at whatever confidence.
     pub edges: Mask,
     /// 0 (no sign of an edge) to 1 (from fully lit to fully dark within the reach); not thinned.
     pub confidence: Image<f32>,
@@ -90,11 +90,10 @@ pub fn occlusion_edges(input: &EdgeInput<'_>, options: &EdgeOptions) -> Result<E
         strong: steps::quantised(options.strong),
         weak: steps::quantised(options.weak),
         least_pixels: grid.least_pixels(),
-        bridge: grid.bridge(),
     };
     let regions = trace::regions(&strengths, thresholds);
     Ok(EdgeMap {
-        edges: thinning::lines(regions, input.mask),
+        edges: thinning::lines(regions, grid.bridge(), input.mask),
         confidence: steps::confidence(&strengths),
         lights,
     })

@@ -43,10 +43,15 @@ impl Padded {
         (index % self.stride() - 1, index / self.stride() - 1)
     }
 
-    /// Whether a place is not on the border.
-    pub(super) fn is_in_image(&self, index: usize) -> bool {
-        let (column, row) = (index % self.stride(), index / self.stride());
-        (1..=self.width).contains(&column) && (1..=self.height).contains(&row)
+    /// Gives the whole border one value.
+    pub(super) fn fill_border(&mut self, value: u8) {
+        let (stride, last) = (self.stride(), self.bytes.len() - self.stride());
+        self.bytes[..stride].fill(value);
+        self.bytes[last..].fill(value);
+        for row in self.bytes.chunks_exact_mut(stride) {
+            row[0] = value;
+            row[stride - 1] = value;
+        }
     }
 
     /// A row without its border.
@@ -76,5 +81,33 @@ impl Padded {
             index - 1,
             above - 1,
         ]
+    }
+
+    /// Which of a pixel's neighbours are 1, of zeros and ones: bit i for the i-th of [`Self::around`].
+    pub(super) fn pattern(&self, index: usize) -> usize {
+        let three = |middle: usize| &self.bytes[middle - 1..=middle + 1];
+        let (above, here, below) = (three(index - self.stride()), three(index), three(index + self.stride()));
+        let clockwise = [
+            above[1], above[2], here[2], below[2], below[1], below[0], here[0], above[0],
+        ];
+        let bits = clockwise.iter().enumerate();
+        bits.fold(0, |pattern, (bit, &inside)| pattern | usize::from(inside) << bit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_are_read_clockwise_from_above() {
+        let mut image = Padded::zeros(3, 3);
+        let middle = image.index(1, 1);
+        for (bit, neighbour) in image.around(middle).into_iter().enumerate() {
+            image.bytes.fill(0);
+            image.bytes[neighbour] = 1;
+            assert_eq!(image.pattern(middle), 1 << bit);
+        }
+        assert_eq!(image.place(middle), (1, 1));
     }
 }

@@ -7,12 +7,12 @@ use super::trace::Regions;
 /// Lines up to this far outside the mask are its object's border, pixels.
 const BESIDE_MASK: usize = 2;
 
-/// The middle lines of regions, of those in the mask or right beside it (Zhang and Suen, "A fast parallel algorithm for
-/// thinning digital patterns", 1984).
-pub(super) fn lines(mut regions: Regions, mask: Option<&Mask>) -> Mask {
-    let (south_east, north_west) = (rule([0, 2, 4], [2, 4, 6]), rule([0, 2, 6], [0, 4, 6]));
-    let mut off = Vec::new();
-    while thin(&mut regions, &south_east, &mut off) | thin(&mut regions, &north_west, &mut off) {}
+/// The middle lines of regions, of those in the mask or right beside it. Gaps of up to twice `bridge` pixels in a line
+/// are closed.
+pub(super) fn lines(mut regions: Regions, bridge: usize, mask: Option<&Mask>) -> Mask {
+    thin(&mut regions);
+    regions.widen(bridge);
+    thin(&mut regions);
     let inside = &regions.inside;
     let mut image = Image::filled(inside.width(), inside.height(), 0_u8);
     for &index in &regions.pixels {
@@ -40,19 +40,24 @@ fn rule(one: [usize; 3], other: [usize; 3]) -> [bool; 256] {
     })
 }
 
+/// Takes pixels off from the south-east and the north-west by turns until lines are left (Zhang and Suen, "A fast
+/// parallel algorithm for thinning digital patterns", 1984).
+fn thin(regions: &mut Regions) {
+    let (south_east, north_west) = (rule([0, 2, 4], [2, 4, 6]), rule([0, 2, 6], [0, 4, 6]));
+    let mut off = Vec::new();
+    while take_off(regions, &south_east, &mut off) | take_off(regions, &north_west, &mut off) {}
+}
+
 /// Takes pixels off, all at once; says whether there were any.
-fn thin(regions: &mut Regions, rule: &[bool; 256], off: &mut Vec<usize>) -> bool {
+fn take_off(regions: &mut Regions, rule: &[bool; 256], off: &mut Vec<usize>) -> bool {
     let inside = &regions.inside;
     off.clear();
     regions.pixels.retain(|&index| {
-        let neighbours = inside
-            .around(index)
-            .map(|neighbour| usize::from(inside.bytes[neighbour]));
-        let pattern = neighbours.iter().rev().fold(0, |bits, inside| bits << 1 | inside);
-        if rule[pattern] {
+        let is_off = rule[inside.pattern(index)];
+        if is_off {
             off.push(index);
         }
-        !rule[pattern]
+        !is_off
     });
     for &index in off.iter() {
         regions.inside.bytes[index] = 0;
@@ -78,7 +83,11 @@ mod tests {
 
     #[test]
     fn a_bar_becomes_its_middle_line() {
-        let edges = lines(bar(40, 20, |x, y| (4..36).contains(&x) && (6..11).contains(&y)), None);
+        let edges = lines(
+            bar(40, 20, |x, y| (4..36).contains(&x) && (6..11).contains(&y)),
+            0,
+            None,
+        );
         assert!((8..32).all(|x| edges.contains(x, 8)), "the middle row");
         assert_eq!(edges.count(), (0..40).filter(|&x| edges.contains(x, 8)).count());
     }
@@ -86,7 +95,7 @@ mod tests {
     #[test]
     fn a_ring_stays_closed() {
         let distance = |x: usize, y: usize| (x as f64 - 20.0).hypot(y as f64 - 20.0);
-        let edges = lines(bar(41, 41, |x, y| (10.0..15.0).contains(&distance(x, y))), None);
+        let edges = lines(bar(41, 41, |x, y| (10.0..15.0).contains(&distance(x, y))), 0, None);
         // Every pixel of a closed line has two neighbours or more.
         for (x, y) in (0..41).flat_map(|y| (0..41).map(move |x| (x, y))) {
             let near = |middle: usize| middle.saturating_sub(1)..=middle + 1;
@@ -103,7 +112,14 @@ mod tests {
     fn lines_off_the_mask_go() {
         let mask = Mask::from_nonzero(&Image::from_fn(40, 20, |_, y| u8::from(y < 6)));
         let row = |row: usize| bar(40, 20, move |_, y| y == row);
-        assert!(lines(row(7), Some(&mask)).count() > 30, "right beside it");
-        assert_eq!(lines(row(8), Some(&mask)).count(), 0);
+        assert!(lines(row(7), 0, Some(&mask)).count() > 30, "right beside it");
+        assert_eq!(lines(row(8), 0, Some(&mask)).count(), 0);
+    }
+
+    #[test]
+    fn gaps_are_bridged() {
+        let dashes = || bar(40, 20, |x, y| y == 9 && x % 10 < 7);
+        assert!((3..33).all(|x| lines(dashes(), 2, None).contains(x, 9)));
+        assert!(!lines(dashes(), 1, None).contains(8, 9));
     }
 }

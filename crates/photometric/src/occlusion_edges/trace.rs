@@ -11,8 +11,6 @@ pub(super) struct Thresholds {
     pub(super) weak: u8,
     /// Smaller ones are dropped.
     pub(super) least_pixels: usize,
-    /// Gaps of up to twice as many pixels are bridged.
-    pub(super) bridge: usize,
 }
 
 /// A set of pixels, as an image and as a list.
@@ -51,24 +49,28 @@ pub(super) fn regions(strengths: &Padded, thresholds: Thresholds) -> Regions {
     for index in dropped {
         regions.inside.bytes[index] = 0;
     }
-    widen(&mut regions, thresholds.bridge);
     regions
 }
 
-/// Adds so many rings of neighbours to all regions; thinning finds the same middle lines.
-fn widen(regions: &mut Regions, rings: usize) {
-    let mut first = 0;
-    for _ in 0..rings {
-        let last = regions.pixels.len();
-        for at in first..last {
-            for neighbour in regions.inside.around(regions.pixels[at]) {
-                if regions.inside.bytes[neighbour] == 0 && regions.inside.is_in_image(neighbour) {
-                    regions.inside.bytes[neighbour] = 1;
-                    regions.pixels.push(neighbour);
+impl Regions {
+    /// Adds so many rings of neighbours to all regions.
+    pub(super) fn widen(&mut self, rings: usize) {
+        // A full border keeps pixels off it.
+        self.inside.fill_border(1);
+        let mut first = 0;
+        for _ in 0..rings {
+            let last = self.pixels.len();
+            for at in first..last {
+                for neighbour in self.inside.around(self.pixels[at]) {
+                    if self.inside.bytes[neighbour] == 0 {
+                        self.inside.bytes[neighbour] = 1;
+                        self.pixels.push(neighbour);
+                    }
                 }
             }
+            first = last;
         }
-        first = last;
+        self.inside.fill_border(0);
     }
 }
 
@@ -109,7 +111,6 @@ mod tests {
             strong: 40,
             weak: 20,
             least_pixels: 2,
-            bridge: 0,
         };
         let found = regions(&strengths(&[0, 30, 50, 30, 20, 0, 30, 30, 0, 90, 0]), thresholds);
         let columns: Vec<usize> = found.pixels.iter().map(|&index| found.inside.place(index).0).collect();
@@ -119,16 +120,15 @@ mod tests {
     }
 
     #[test]
-    fn gaps_are_bridged_and_the_border_stays_empty() {
+    fn widening_leaves_the_border_empty() {
         let thresholds = Thresholds {
             strong: 40,
             weak: 20,
             least_pixels: 1,
-            bridge: 1,
         };
-        let found = regions(&strengths(&[50, 50, 0, 0, 50, 0, 0, 0, 50]), thresholds);
-        let expected = [1, 1, 1, 1, 1, 1, 0, 1, 1];
-        assert_eq!(found.inside.row(0), expected);
+        let mut found = regions(&strengths(&[50, 50, 0, 0, 50, 0, 0, 0, 50]), thresholds);
+        found.widen(1);
+        assert_eq!(found.inside.row(0), [1, 1, 1, 1, 1, 1, 0, 1, 1]);
         assert_eq!(found.inside.bytes.iter().map(|&b| usize::from(b)).sum::<usize>(), 8);
         assert_eq!(found.pixels.len(), 8);
     }
