@@ -37,7 +37,16 @@ impl Geometry {
     /// None when too few samples count.
     pub(super) fn solve(&self, samples: &[f64], options: &ManyLightOptions) -> Option<Vector3<f64>> {
         let mut ranked: Vec<usize> = (0..samples.len()).filter(|&light| samples[light].is_finite()).collect();
-        ranked.sort_by(|&a, &b| samples[a].total_cmp(&samples[b]));
+        // Equal samples, as in shadows, rank by their lights, so that the order in which these are given does not matter.
+        let place = |light: usize| self.lights[light];
+        ranked.sort_by(|&a, &b| {
+            let (p, q) = (place(a), place(b));
+            samples[a]
+                .total_cmp(&samples[b])
+                .then(p.z.total_cmp(&q.z))
+                .then(p.x.total_cmp(&q.x))
+                .then(p.y.total_cmp(&q.y))
+        });
         let at = |share: f64| (share * ranked.len() as f64).round() as usize;
         let kept = &ranked[at(options.darkest)..at(options.brightest)];
         if kept.len() < LEAST_SAMPLES {
