@@ -7,7 +7,7 @@ use calibration_files::LightsFile;
 use interfaces::ByteSequence;
 use interfaces::builtin_interfaces::msg::Time;
 use interfaces::rakelight_msgs::msg::Exposure;
-use interfaces::sensor_msgs::msg::{CameraInfo, Image};
+use interfaces::sensor_msgs::msg::{CameraInfo, Image, PointCloud2};
 use photometric::LightRig;
 use ros::{Node, NodeOptions, Publisher, Qos, Source};
 use scenarios::{Domain, Logs, TIMEOUT, eventually, within};
@@ -83,6 +83,9 @@ async fn with_calibrated_panels_the_object_alone_is_measured_and_its_faces_lean_
     let domain = Domain::claim();
     let viewer = domain.node("viewer").await;
     let mut maps = viewer.subscription::<Image>("/cell/c1/normals", Qos::MAP).unwrap();
+    let mut depths = viewer.subscription::<Image>("/cell/c1/depth", Qos::MAP).unwrap();
+    let mut edges = viewer.subscription::<Image>("/cell/c1/edges", Qos::MAP).unwrap();
+    let mut clouds = viewer.subscription::<PointCloud2>("/cell/c1/points", Qos::MAP).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("lights.yaml");
     // The capture was taken with the panels where they are drawn.
@@ -103,6 +106,23 @@ async fn with_calibrated_panels_the_object_alone_is_measured_and_its_faces_lean_
     let normals = normals(&map);
     let top = normals[256 * 512 + 256];
     assert!(top[2] > 0.999, "{top:?}");
+    // The top lies some tens of millimetres over the table, and the camera 0.33 m.
+    let depth = within("depth", depths.next()).await.unwrap().message;
+    assert_eq!(
+        (depth.width, depth.encoding.as_str(), depth.header.stamp),
+        (512, "32FC1", map.header.stamp)
+    );
+    let middle = 4 * (256 * 512 + 256);
+    let depth = f32::from_le_bytes(depth.data[middle..middle + 4].try_into().unwrap());
+    assert!((0.27..0.33).contains(&depth), "{depth} m");
+    let cloud = within("points", clouds.next()).await.unwrap().message;
+    assert_eq!(
+        (cloud.point_step, cloud.header.frame_id.as_str()),
+        (24, "c1_optical_frame")
+    );
+    assert_eq!(cloud.data.len(), 24 * cloud.width as usize);
+    let edges = within("edges", edges.next()).await.unwrap().message;
+    assert_eq!((edges.encoding.as_str(), edges.step), ("mono8", 512));
     let known: Vec<&[f32; 3]> = normals.iter().filter(|n| n[0].is_finite()).collect();
     let share = known.len() as f64 / normals.len() as f64;
     assert!((0.2..0.6).contains(&share), "the object fills {share} of the crop");

@@ -6,17 +6,18 @@ use std::time::{Duration, Instant};
 use geometry::{PinholeCamera, RigidTransform};
 use interfaces::builtin_interfaces::msg::Time;
 use interfaces::rakelight_msgs::msg::Exposure;
-use interfaces::sensor_msgs::msg::{CameraInfo, CompressedImage, Image};
+use interfaces::sensor_msgs::msg::{CameraInfo, Image};
 use interfaces::std_msgs::msg::Header;
 use photometric::{LeastSquaresOptions, NormalMapResult, PixelCounts, PixelRays, least_squares_normals};
-use ros::{Node, Publisher, Qos, Subscription, tf};
+use ros::{Node, Qos, Subscription, tf};
 
 use crate::assembler::{Assembler, Capture};
 use crate::convert;
 use crate::error::Error;
 use crate::lights::lights_in_base;
-use crate::near_field::{NearField, Viewpoint};
+use crate::near_field::{NearField, Solved, Viewpoint};
 use crate::parameters::Parameters;
+use crate::results::Results;
 
 /// How long a transform may come after the images that need it.
 const TRANSFORM_PATIENCE: Duration = Duration::from_secs(1);
@@ -33,8 +34,7 @@ pub(crate) struct CameraSolver {
     rays: Option<(PinholeCamera, Arc<PixelRays>)>,
     images: Subscription<Image>,
     exposures: Subscription<Exposure>,
-    normals: Publisher<Image>,
-    preview: Publisher<CompressedImage>,
+    results: Results,
     assembler: Assembler,
 }
 
@@ -56,8 +56,7 @@ impl CameraSolver {
             rays: None,
             images: node.subscription(&format!("{camera}/image_raw"), Qos::IMAGE)?,
             exposures: node.subscription(&format!("{camera}/exposure"), Qos::STREAM)?,
-            normals: node.publisher(&format!("{camera}/normals"), Qos::MAP)?,
-            preview: node.publisher(&format!("{camera}/normals/preview"), Qos::MAP)?,
+            results: Results::new(node, camera)?,
             assembler: Assembler::default(),
         })
     }
@@ -109,15 +108,12 @@ impl CameraSolver {
         let Some(header) = capture.frames.first().map(|frame| frame.image.header.clone()) else {
             return Ok(());
         };
-        let normals = match self.panels.clone() {
-            Some(panels) => self.solve_near(capture, &header, panels).await?,
-            None => self.solve_far(capture, header.stamp).await?,
-        };
-        if self.preview.subscription_count() > 0 {
-            self.preview.publish(convert::preview(header.clone(), &normals)?)?;
+        if let Some(panels) = self.panels.clone() {
+            let solved = self.solve_near(capture, &header, panels).await?;
+            return self.results.publish(header, solved);
         }
-        self.normals.publish(convert::normal_message(header, normals))?;
-        Ok(())
+        let normals = self.solve_far(capture, header.stamp).await?;
+        self.results.publish_normals(header, normals)
     }
 
     /// With lights far away.
@@ -133,12 +129,7 @@ impl CameraSolver {
     }
 
     /// With calibrated panels.
-    async fn solve_near(
-        &mut self,
-        capture: Capture,
-        header: &Header,
-        panels: Arc<NearField>,
-    ) -> Result<imaging::Image<[f32; 3]>, Error> {
+    async fn solve_near(&mut self, capture: Capture, header: &Header, panels: Arc<NearField>) -> Result<Solved, Error> {
         let started = Instant::now();
         let capture_id = capture.id.clone();
         let viewpoint = self.viewpoint(header).await?;
@@ -155,8 +146,8 @@ impl CameraSolver {
             took_ms,
             "solved"
         );
-        self.rays = Some(solved.rays);
-        Ok(solved.normals)
+        self.rays = Some(solved.rays.clone());
+        Ok(solved)
     }
 
     /// Lens and place of the camera at the time of a capture.

@@ -58,6 +58,15 @@ pub(crate) fn normal_message(header: Header, normals: Image<[f32; 3]>) -> ImageM
     }
 }
 
+/// A gray picture, for people and browsers.
+pub(crate) fn gray_preview(header: Header, picture: &Image<u8>) -> Result<CompressedImage, Error> {
+    Ok(CompressedImage {
+        header,
+        format: "mono8; png compressed mono8".into(),
+        data: encode_png(picture)?.into(),
+    })
+}
+
 /// The normal map in colours, for people and browsers.
 pub(crate) fn preview(header: Header, normals: &Image<[f32; 3]>) -> Result<CompressedImage, Error> {
     let png = encode_png(&normal_picture(normals))?;

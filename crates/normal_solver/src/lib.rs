@@ -15,6 +15,7 @@ mod error;
 mod lights;
 mod near_field;
 mod parameters;
+mod results;
 
 pub use error::Error;
 

@@ -30,7 +30,9 @@ pub(crate) struct Viewpoint {
 
 /// What came of a capture.
 pub(crate) struct Solved {
-    pub(crate) normals: Image<[f32; 3]>,
+    pub(crate) solution: ViewSolution,
+    /// From where.
+    pub(crate) view: View,
     pub(crate) object_pixels: usize,
     pub(crate) few_lights: usize,
     pub(crate) rays: (PinholeCamera, Arc<PixelRays>),
@@ -81,13 +83,12 @@ impl NearField {
             rig: &self.rig,
             noise: SensorNoise::RIG,
         };
-        let options = SolveOptions::default();
-        let mask = object_mask(&capture, &options.mask)?;
-        let solution = solve_normals(&capture, &mask, &options)?;
+        let solution = solve_view(&capture, &SolveOptions::default())?;
         Ok(Solved {
-            object_pixels: mask.count(),
-            few_lights: few_lights(&solution),
-            normals: solution.normals,
+            object_pixels: solution.normals.mask.count(),
+            few_lights: few_lights(&solution.normals),
+            solution,
+            view,
             rays: (camera, rays),
         })
     }

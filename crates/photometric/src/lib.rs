@@ -51,7 +51,7 @@ pub use calibration::{
     CalibrationOptions, LightCalibration, LightReport, PlacementReport, PolynomialLight, PolynomialRig, TargetView,
     calibrate_lights,
 };
-pub use depth::{DepthMap, IntegrationInput, IntegrationOptions, integrate};
+pub use depth::{DepthMap, IntegrationInput, IntegrationOptions, SurfacePoint, integrate, surface_points};
 pub use directional_light::DirectionalLight;
 pub use error::PhotometricError;
 pub use exposure_control::{Brightness, ExposureAdvice};

@@ -1,4 +1,4 @@
-//! From a capture to normals and depth, in one call: a first look at half the size, then every pixel.
+//! From a capture to normals, depth and edges, in one call: a first look at half the size, then every pixel.
 
 use imaging::{Image, Mask};
 
@@ -7,6 +7,7 @@ use crate::error::PhotometricError;
 use crate::half_size::{HalfSize, doubled};
 use crate::near_field::{FirstLook, NearFieldOptions, Solved, near_field_normals, solve};
 use crate::object_mask::{ObjectMaskOptions, object_mask};
+use crate::occlusion_edges::{EdgeInput, EdgeMap, EdgeOptions, occlusion_edges};
 use crate::solution::{Capture, NormalSolution};
 use crate::window::Window;
 
@@ -27,6 +28,8 @@ pub struct SolveOptions {
     pub normals: NearFieldOptions,
     /// How depth is found.
     pub depth: IntegrationOptions,
+    /// How depth edges are found.
+    pub edges: EdgeOptions,
 }
 
 /// What one view says of the surface.
@@ -36,18 +39,28 @@ pub struct ViewSolution {
     pub normals: NormalSolution,
     /// Depth of the same pixels.
     pub depth: DepthMap,
+    /// Where one surface hides another.
+    pub edges: EdgeMap,
 }
 
-/// Finds the object, its normals and its depth.
+/// Finds the object, its normals, its depth and its depth edges.
 ///
 /// # Errors
-/// Those of [`object_mask`], [`near_field_normals`] and [`integrate`].
+/// Those of [`object_mask`], [`near_field_normals`], [`integrate`] and [`occlusion_edges`].
 pub fn solve_view(capture: &Capture<'_>, options: &SolveOptions) -> Result<ViewSolution, PhotometricError> {
     let mask = object_mask(capture, &options.mask)?;
+    let edges = occlusion_edges(
+        &EdgeInput {
+            capture,
+            mask: Some(&mask),
+            depth: None,
+        },
+        &options.edges,
+    )?;
     let Some(window) = Window::around(capture, &mask) else {
         let normals = near_field_normals(capture, &mask, None, options.normals)?;
         let depth = depth_of(capture, &normals, &options.depth)?;
-        return Ok(ViewSolution { normals, depth });
+        return Ok(ViewSolution { normals, depth, edges });
     };
     let part = window.capture(capture);
     let solved = solve_part(&part, &window.mask, options)?;
@@ -57,6 +70,7 @@ pub fn solve_view(capture: &Capture<'_>, options: &SolveOptions) -> Result<ViewS
     Ok(ViewSolution {
         normals: window.whole_normals(&normals, &mask),
         depth: window.whole_depth(&depth, &mask),
+        edges,
     })
 }
 

@@ -33,7 +33,15 @@ fn a_recorded_capture_becomes_a_bag_of_results_and_pictures() {
     assert!(complained.contains("where the rig was drawn"), "{complained}");
     let results = Bag::open(folder.path().join("results")).unwrap();
     let topics: Vec<&str> = results.topics().iter().map(|topic| topic.name.as_str()).collect();
-    for wanted in ["normals", "depth", "confidence", "albedo", "shadows"] {
+    for wanted in [
+        "normals",
+        "depth",
+        "edges",
+        "edge_confidence",
+        "confidence",
+        "albedo",
+        "shadows",
+    ] {
         assert!(topics.contains(&format!("/cell/c1/{wanted}").as_str()), "{topics:?}");
     }
     let pictures = std::fs::read_dir(folder.path().join("png")).unwrap().count();

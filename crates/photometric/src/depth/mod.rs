@@ -15,6 +15,9 @@
 mod anchor;
 mod links;
 mod multigrid;
+mod points;
+
+pub use points::{SurfacePoint, surface_points};
 
 use imaging::{Image, Mask};
 

@@ -26,9 +26,11 @@ impl Output {
     pub(super) fn add(&mut self, captured: &Captured, solution: &ViewSolution) -> anyhow::Result<()> {
         let camera = &captured.camera;
         let header = &captured.header;
-        let ViewSolution { normals, depth } = solution;
+        let ViewSolution { normals, depth, edges } = solution;
         self.put(&format!("{camera}/normals"), "32FC3", header, &normals.normals)?;
         self.put(&format!("{camera}/depth"), "32FC1", header, &depth.depth)?;
+        self.put(&format!("{camera}/edges"), "mono8", header, edges.edges.as_image())?;
+        self.put(&format!("{camera}/edge_confidence"), "32FC1", header, &edges.confidence)?;
         self.put(&format!("{camera}/confidence"), "32FC1", header, &normals.confidence)?;
         self.put(&format!("{camera}/albedo"), "32FC1", header, &normals.albedo)?;
         self.put(&format!("{camera}/shadows"), "mono8", header, &normals.shadows)?;

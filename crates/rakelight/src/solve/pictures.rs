@@ -31,6 +31,7 @@ pub(super) fn write(folder: &Path, captured: &Captured, solution: &ViewSolution)
         "confidence",
         &gray_to_rgb(&gray_picture(&solution.normals.confidence, 0.0, 1.0)?),
     )?;
+    put("edges", &gray_to_rgb(solution.edges.edges.as_image()))?;
     put("relief", &gray_to_rgb(&relief(&solution.depth.depth)))
 }
 
