@@ -7,7 +7,7 @@ use calibration_files::LightsFile;
 use geometry::{PinholeCamera, RigidTransform};
 use imaging::Image;
 use interfaces::sensor_msgs::msg::CameraInfo;
-use photometric::{LightRig, NormalSolution, PixelRays, SensorNoise, SolveOptions, View, object_mask, solve_normals};
+use photometric::{LightRig, NormalSolution, PixelRays, SensorNoise, SolveOptions, View, ViewSolution, solve_view};
 
 use crate::assembler::Capture;
 use crate::convert;

@@ -1,6 +1,6 @@
 //! What is published of a solved capture. Only what somebody reads is made.
 
-use imaging::{Image, Mask, Pixel};
+use imaging::{Image, Pixel};
 use interfaces::ByteSequence;
 use interfaces::sensor_msgs::msg::{CompressedImage, Image as ImageMessage, PointCloud2, PointField};
 use interfaces::std_msgs::msg::Header;
@@ -61,17 +61,13 @@ impl Results {
                 .publish(convert::gray_preview(header.clone(), edges.as_image())?)?;
         }
         self.edges
-            .publish(image_message(header.clone(), "mono8", mask_image(edges)))?;
+            .publish(image_message(header.clone(), "mono8", edges.as_image().clone()))?;
         self.edge_confidence
             .publish(image_message(header.clone(), "32FC1", confidence))?;
         self.depth
             .publish(image_message(header.clone(), "32FC1", solution.depth.depth))?;
         self.publish_normals(header, solution.normals.normals)
     }
-}
-
-fn mask_image(mask: Mask) -> Image<u8> {
-    mask.as_image().clone()
 }
 
 /// The pixels are handed over, not copied.
