@@ -10,7 +10,10 @@
 //!
 //! Every coefficient is bi-quadratic in x and y.
 
-use geometry::nalgebra::{DMatrix, DVector, Vector3};
+use geometry::nalgebra::{DMatrix, DVector, Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::light_rig::{LightRig, PanelModel};
 
 /// Terms of the variation over the table.
 const PLACES: usize = 9;
@@ -42,6 +45,36 @@ pub struct PolynomialRig {
 
 /// A sample of one light: place, unit normal, intensity relative to the view's gain.
 pub(super) type Sample = ([f64; 2], Vector3<f64>, f64);
+
+impl PolynomialRig {
+    /// Models of calibrated panels, as if a target had been looked at everywhere over the table: normals up to 80 degrees
+    /// from the vertical, heights of a usual object.
+    pub fn from_panels(rig: &LightRig) -> Self {
+        let fit = |panel: &PanelModel| {
+            let samples: Vec<Sample> = target_points()
+                .map(|(point, normal)| ([point.x, point.y], normal, panel.irradiance(&point, &normal)))
+                .collect();
+            PolynomialLight::fit(panel.channel, &samples)
+        };
+        Self {
+            lights: rig.panels().par_iter().map(fit).collect(),
+        }
+    }
+}
+
+/// Places on a grid over the table, each with a spread of normals.
+fn target_points() -> impl Iterator<Item = (Point3<f64>, Vector3<f64>)> {
+    let places = (0..49).map(|k| [f64::from(k % 7) / 3.0 - 1.0, f64::from(k / 7) / 3.0 - 1.0]);
+    places.flat_map(|place| {
+        let [x, y] = [0, 1].map(|axis| CENTRE[axis] + 0.8 * HALF_SIZE[axis] * place[axis]);
+        (0..60).map(move |k| {
+            let z = 1.0 - 0.83 * (f64::from(k) + 0.5) / 60.0;
+            let (sin, cos) = (f64::from(k) * 2.399_963).sin_cos();
+            let radius = (1.0 - z * z).sqrt();
+            (Point3::new(x, y, 0.015), Vector3::new(radius * cos, radius * sin, z))
+        })
+    })
+}
 
 impl PolynomialLight {
     /// Least squares; the linear model sees only what is lit, the quadratic one everything.

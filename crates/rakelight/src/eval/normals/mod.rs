@@ -46,8 +46,8 @@ struct Row {
     normals: Score,
     /// Plain least squares with one direction per light, on the same pixels.
     least_squares: Score,
-    /// The published system's method; none with lights from a file, which holds no models of its kind.
-    reference: Option<Score>,
+    /// The published system's method.
+    reference: Score,
     /// None where no part was seen to stand on the table.
     depth: Option<DepthScore>,
     seconds: f64,
@@ -58,13 +58,13 @@ struct Report {
     views: Vec<Row>,
     mean: f64,
     least_squares_mean: f64,
-    reference_mean: Option<f64>,
+    reference_mean: f64,
 }
 
 /// The lights, and the published system's models of them.
 struct Lights {
     rig: LightRig,
-    polynomials: Option<PolynomialRig>,
+    polynomials: PolynomialRig,
 }
 
 pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
@@ -76,10 +76,11 @@ fn evaluate(arguments: &Arguments) -> Result<(), Failure> {
     let scenes = paths.iter().map(|path| SceneFolder::open(path));
     let scenes = scenes.collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
     let lights = match &arguments.lights {
-        Some(path) => Lights {
-            rig: read_rig(path)?,
-            polynomials: None,
-        },
+        Some(path) => {
+            let rig = read_rig(path)?;
+            let polynomials = PolynomialRig::from_panels(&rig);
+            Lights { rig, polynomials }
+        }
         None => calibrated(&scenes)?,
     };
     let wanted = |scene: &&SceneFolder| arguments.only.as_ref().is_none_or(|name| scene.name() == *name);
@@ -105,21 +106,17 @@ fn evaluate(arguments: &Arguments) -> Result<(), Failure> {
     let report = Report {
         mean: mean(|row| row.normals.mean),
         least_squares_mean: mean(|row| row.least_squares.mean),
-        reference_mean: lights
-            .polynomials
-            .map(|_| mean(|row| row.reference.map_or(f64::NAN, |score| score.mean))),
+        reference_mean: mean(|row| row.reference.mean),
         views,
     };
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
         println!(
-            "mean of {} views: {:.2} degrees; published method {}, plain least squares {:.2}",
+            "mean of {} views: {:.2} degrees; published method {:.2}, plain least squares {:.2}",
             report.views.len(),
             report.mean,
-            report
-                .reference_mean
-                .map_or_else(|| "-".to_owned(), |mean| format!("{mean:.2}")),
+            report.reference_mean,
             report.least_squares_mean
         );
     }
@@ -159,7 +156,7 @@ fn calibrated(scenes: &[SceneFolder]) -> Result<Lights, Failure> {
     match calibration.failure {
         None => Ok(Lights {
             rig: calibration.rig,
-            polynomials: Some(calibration.polynomials),
+            polynomials: calibration.polynomials,
         }),
         Some(reason) => Err(anyhow!("the calibration failed: {reason}").into()),
     }
@@ -179,18 +176,11 @@ fn score(scene: String, view: &CapturedView, truth: &Truth, lights: &Lights) -> 
     let solution = solve_view(&capture, &SolveOptions::default())?;
     let seconds = started.elapsed().as_secs_f64();
     let plain = least_squares_normals(&view.stack, &directional(rig)?, &LeastSquaresOptions::default())?;
-    let reference = lights.polynomials.as_ref().map(|polynomials| {
-        reference_normals(
-            &capture,
-            &solution.normals.mask,
-            polynomials,
-            &ReferenceOptions::default(),
-        )
-    });
-    let reference = reference.transpose()?;
+    let mask = &solution.normals.mask;
+    let reference = reference_normals(&capture, mask, &lights.polynomials, &ReferenceOptions::default())?;
     Ok(Row {
         scene,
-        reference: reference.map(|reference| Score::of(&reference.normals, truth, &view.mask)),
+        reference: Score::of(&reference.normals, truth, &view.mask),
         camera: view.camera.clone(),
         normals: Score::of(&solution.normals.normals, truth, &view.mask),
         least_squares: Score::of(&plain.normals, truth, &view.mask),
@@ -214,14 +204,12 @@ impl Row {
         let depth = self
             .depth
             .map_or_else(|| "no depth".to_owned(), |depth| depth.to_string());
-        let reference = self
-            .reference
-            .map_or_else(|| "-".to_owned(), |score| format!("{:5.2}", score.mean));
         format!(
-            "{:16} {}  {}   published method {reference}, plain least squares {:5.2}   depth {depth}   {:.0} ms",
+            "{:16} {}  {}   published method {:5.2}, plain least squares {:5.2}   depth {depth}   {:.0} ms",
             self.scene,
             self.camera,
             self.normals,
+            self.reference.mean,
             self.least_squares.mean,
             1e3 * self.seconds
         )
