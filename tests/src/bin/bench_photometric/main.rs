@@ -14,7 +14,7 @@ use calibration_files::LightsFile;
 use clap::Parser;
 use photometric::{
     Capture, EdgeInput, EdgeOptions, IntegrationInput, IntegrationOptions, LightRig, PolynomialRig, ReferenceOptions,
-    SensorNoise, SolveOptions, integrate, object_mask, occlusion_edges, reference_normals, solve_normals, solve_view,
+    SolveOptions, integrate, object_mask, occlusion_edges, reference_normals, solve_normals, solve_view,
 };
 use serde::Serialize;
 
@@ -38,11 +38,16 @@ struct Arguments {
 /// Medians, milliseconds.
 #[derive(Debug, Clone, Copy, Serialize)]
 struct Times {
-    mask_ms: f64,
-    normals_ms: f64,
-    edges_ms: f64,
-    depth_ms: f64,
-    total_ms: f64,
+    #[serde(rename = "mask_ms")]
+    mask: f64,
+    #[serde(rename = "normals_ms")]
+    normals: f64,
+    #[serde(rename = "edges_ms")]
+    edges: f64,
+    #[serde(rename = "depth_ms")]
+    depth: f64,
+    #[serde(rename = "total_ms")]
+    total: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -115,11 +120,11 @@ fn times(capture: &Capture<'_>, runs: usize) -> anyhow::Result<Times> {
         rays: capture.rays,
     };
     Ok(Times {
-        mask_ms: timing::median_ms(runs, || object_mask(capture, &options.mask))?,
-        normals_ms: timing::median_ms(runs, || solve_normals(capture, &mask, &options))?,
-        edges_ms: timing::median_ms(runs, || occlusion_edges(&edges, &EdgeOptions::default()))?,
-        depth_ms: timing::median_ms(runs, || integrate(&depth, &IntegrationOptions::default()))?,
-        total_ms: timing::median_ms(runs, || solve_view(capture, &options))?,
+        mask: timing::median_ms(runs, || object_mask(capture, &options.mask))?,
+        normals: timing::median_ms(runs, || solve_normals(capture, &mask, &options))?,
+        edges: timing::median_ms(runs, || occlusion_edges(&edges, &EdgeOptions::default()))?,
+        depth: timing::median_ms(runs, || integrate(&depth, &IntegrationOptions::default()))?,
+        total: timing::median_ms(runs, || solve_view(capture, &options))?,
     })
 }
 
@@ -127,7 +132,7 @@ fn for_people(report: &Report) -> String {
     let line = |times: &Times, threads: usize| {
         format!(
             "{threads} thread(s): mask {:.0} ms, normals {:.0} ms, edges {:.1} ms, depth {:.0} ms, all {:.0} ms",
-            times.mask_ms, times.normals_ms, times.edges_ms, times.depth_ms, times.total_ms
+            times.mask, times.normals, times.edges, times.depth, times.total
         )
     };
     let numpy = report
