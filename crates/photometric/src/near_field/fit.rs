@@ -17,6 +17,8 @@ const EXPLAINED: f32 = 16.0;
 const SPARSE: usize = 4;
 /// A neighbour's normal is as good here as there when it costs no more than this beyond: less than a shadow.
 const AS_WELL: f32 = 4.0;
+/// Cosine between normals from which the same minimum is found: 5 degrees, less than half of a first step.
+const ALIKE: f32 = 0.996;
 /// From this prior on the albedo is known well enough to be left alone while hypotheses are judged.
 const KNOWN_ALBEDO: f32 = 100.0;
 
@@ -46,6 +48,26 @@ pub(crate) fn fit_all(samples: &Samples<'_>, pixels: &Pixels, gain: Gain, coarse
         Some(coarse) => fitter.fit_below(pixels, coarse),
         None => fitter.fit_from_lattice(pixels),
     }
+}
+
+/// The hypothesis that explains a pixel best. One like the first leads where that one leads, so on a smooth surface
+/// nothing has to be judged.
+#[inline]
+fn best_of(pixel: &Pixel, around: impl Iterator<Item = Estimate>) -> Option<Estimate> {
+    let mut known = around.filter(|estimate| estimate.cost.is_finite());
+    let mut best = known.next()?;
+    let first = best.normal;
+    let mut least = f32::NAN;
+    for other in known.filter(|other| other.normal.dot(first) < ALIKE) {
+        if least.is_nan() {
+            least = pixel.cost(best.normal, best.albedo);
+        }
+        let cost = pixel.cost(other.normal, other.albedo);
+        if cost < least {
+            (least, best) = (cost, other);
+        }
+    }
+    Some(best)
 }
 
 impl Fitter<'_> {
@@ -97,21 +119,26 @@ impl Fitter<'_> {
             .collect()
     }
 
-    /// The best of some normals, refined; everything is tried when it explains the samples less well than it did where
-    /// it came from.
+    /// The best of the normals around, refined. Where that does not explain the samples every three lights are asked,
+    /// and all directions if it explains them less well than where it came from.
     #[inline]
     fn fit_near(&self, index: u32, around: impl Iterator<Item = Estimate>) -> Estimate {
         let Some(pixel) = self.samples.pixel(index as usize, self.gain.value) else {
             return Estimate::UNKNOWN;
         };
-        let judged = around
-            .filter(|estimate| estimate.cost < EXPLAINED)
-            .map(|estimate| (pixel.cost(estimate.normal, estimate.albedo), estimate));
-        let refined = judged.min_by(|a, b| a.0.total_cmp(&b.0)).and_then(|(_, best)| {
-            let refined = pixel.refine(best.normal, best.albedo, self.gain.prior, 2);
-            (refined.cost < best.cost + AS_WELL && refined.used >= 3).then_some(refined)
-        });
-        refined.unwrap_or_else(|| self.try_everything(&pixel, index))
+        let Some(best) = best_of(&pixel, around) else {
+            return self.try_everything(&pixel, index);
+        };
+        let refined = pixel.refine(best.normal, best.albedo, self.gain.prior, 2);
+        let is_as_good = refined.cost < best.cost + AS_WELL;
+        if is_as_good && is_explained(&refined) {
+            return refined;
+        }
+        let found = better(refined, self.best_triple(&pixel, index));
+        if is_as_good || is_explained(&found) {
+            return found;
+        }
+        better(found, self.best_direction(&pixel))
     }
 
     fn fit_freely(&self, index: u32) -> Estimate {
@@ -120,6 +147,15 @@ impl Fitter<'_> {
     }
 
     fn try_everything(&self, pixel: &Pixel, index: u32) -> Estimate {
+        let found = self.best_triple(pixel, index);
+        if is_explained(&found) {
+            return found;
+        }
+        better(found, self.best_direction(pixel))
+    }
+
+    /// From every three lights as if they alone reached the pixel.
+    fn best_triple(&self, pixel: &Pixel, index: u32) -> Estimate {
         let Gain { prior, .. } = self.gain;
         let mut best = (f32::INFINITY, pixel.to_camera, 1.0);
         let lit = bright(&pixel.signal, pixel.brightest);
@@ -137,14 +173,27 @@ impl Fitter<'_> {
                 best = (cost, normal, albedo);
             }
         }
-        let estimate = pixel.refine(best.1, best.2, prior, 3);
-        if estimate.cost < EXPLAINED && estimate.used >= 3 {
-            return estimate;
-        }
-        let judged = self.rough.iter().map(|&normal| (pixel.cost(normal, 1.0), normal));
-        let other = judged
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, normal)| pixel.refine(normal, 1.0, prior, 4));
-        other.filter(|other| other.cost < estimate.cost).unwrap_or(estimate)
+        pixel.refine(best.1, best.2, prior, 3)
     }
+
+    /// From directions all over the sphere.
+    fn best_direction(&self, pixel: &Pixel) -> Estimate {
+        let judged = self.rough.iter().map(|&normal| (pixel.cost(normal, 1.0), normal));
+        let best = judged.min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map_or(Estimate::UNKNOWN, |(_, normal)| {
+            pixel.refine(normal, 1.0, self.gain.prior, 4)
+        })
+    }
+}
+
+/// Whether so good an explanation needs no other.
+#[inline]
+fn is_explained(estimate: &Estimate) -> bool {
+    estimate.cost < EXPLAINED && estimate.used >= 3
+}
+
+/// The one of lower cost.
+#[inline]
+fn better(one: Estimate, other: Estimate) -> Estimate {
+    if other.cost < one.cost { other } else { one }
 }

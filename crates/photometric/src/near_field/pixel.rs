@@ -89,9 +89,29 @@ struct Terms {
     share: Lanes,
     room: Lanes,
     misfit: Lanes,
-    cost: Lanes,
+    /// Squared, in sigmas.
+    square: Lanes,
+    /// What calling the light blocked costs.
+    blocked: Lanes,
     /// Of the squared misfit in the next Gauss-Newton step; 0 in shadow.
     weight: Lanes,
+}
+
+/// More light than predicted comes from neighbouring surfaces: rare when large, so its tail is long.
+#[inline]
+fn tail(square: Lanes) -> Lanes {
+    Lanes::ONE + square * (1.0 / (BOUNCE_TAIL * BOUNCE_TAIL))
+}
+
+impl Terms {
+    /// In units of half a squared sigma.
+    #[inline]
+    fn cost(&self) -> f32 {
+        let is_darker = self.misfit.simd_le(Lanes::ZERO);
+        let darker = (self.square * 0.5).fast_min(self.blocked);
+        let brighter = tail(self.square).ln() * (0.5 * BOUNCE_TAIL * BOUNCE_TAIL);
+        is_darker.blend(darker, brighter).reduce_add()
+    }
 }
 
 impl Pixel {
@@ -109,19 +129,16 @@ impl Pixel {
         // A light cannot be taken away but by shadow; in the half-shadow of a panel it is there in part.
         let is_half = (self.signal - room).simd_gt(direct * 0.2);
         let blocked = Lanes::splat(SHADOW_COST) + is_half.blend(Lanes::splat(HALF_SHADOW_COST), Lanes::ZERO);
-        // More light than predicted comes from neighbouring surfaces: rare when large, so its tail is long.
-        let tail = Lanes::ONE + square * (1.0 / (BOUNCE_TAIL * BOUNCE_TAIL));
-        let half_square = square * 0.5;
         let is_darker = misfit.simd_le(Lanes::ZERO);
-        let is_blocked = is_darker & half_square.simd_ge(blocked);
-        let brighter = tail.ln() * (0.5 * BOUNCE_TAIL * BOUNCE_TAIL);
-        let weight = is_darker.blend(certainty, certainty / tail);
+        let is_blocked = is_darker & (square * 0.5).simd_ge(blocked);
+        let weight = is_darker.blend(certainty, certainty / tail(square));
         Terms {
             direct,
             share,
             room,
             misfit,
-            cost: is_darker.blend(half_square.fast_min(blocked), brighter),
+            square,
+            blocked,
             weight: is_blocked.blend(Lanes::ZERO, weight),
         }
     }
@@ -129,7 +146,7 @@ impl Pixel {
     /// Cost of a unit normal with an albedo.
     #[inline]
     pub(crate) fn cost(&self, normal: Vec3, albedo: f32) -> f32 {
-        self.away(normal) + self.terms(normal, albedo).cost.reduce_add()
+        self.away(normal) + self.terms(normal, albedo).cost()
     }
 
     #[inline]
@@ -191,7 +208,7 @@ impl Pixel {
         Estimate {
             normal,
             albedo,
-            cost: self.away(normal) + 0.5 * prior * albedo.ln().powi(2) + terms.cost.reduce_add(),
+            cost: self.away(normal) + 0.5 * prior * albedo.ln().powi(2) + terms.cost(),
             shadows: valid & !used,
             information: on_sphere(matrix, normal),
             misfit: square.reduce_add(),

@@ -50,16 +50,15 @@ impl Pixels {
         (index % self.width, index / self.width)
     }
 
-    /// Slots of the four neighbours of a pixel that belong to the mask.
+    /// Slots of the neighbours on the left, on the right, above and below; none outside the mask and the image.
     #[inline]
-    pub(crate) fn neighbours(&self, index: u32) -> impl Iterator<Item = usize> + use<> {
+    pub(crate) fn neighbours(&self, index: u32) -> [Option<usize>; 4] {
         let (x, y) = self.place(index);
-        let around = [
+        [
             self.slot(x.wrapping_sub(1), y),
             self.slot(x + 1, y),
             self.slot(x, y.wrapping_sub(1)),
             self.slot(x, y + 1),
-        ];
-        around.into_iter().flatten()
+        ]
     }
 }

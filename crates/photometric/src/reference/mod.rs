@@ -100,7 +100,11 @@ fn descend(
     options: &ReferenceOptions,
 ) -> Vec<PixelState> {
     let anew = |(own, &index): (usize, &u32)| {
-        let around = pixels.neighbours(index).map(|slot| states[slot].normal);
+        let around = pixels
+            .neighbours(index)
+            .into_iter()
+            .flatten()
+            .map(|slot| states[slot].normal);
         let mean = around.filter(|normal| normal.x.is_finite()).sum::<Vector3<f64>>();
         let models = at_place(capture, lights, index as usize, options.height);
         states[own].step(&models, mean.try_normalize(1e-9), options.smoothness)
