@@ -403,3 +403,31 @@ fn a_pyramid_has_creases_only() {
         assert_eq!(inside.count(), 0, "{}", captured.camera);
     }
 }
+
+/// The part of the outline beyond which the table lies deeper: not where a wall that is seen meets it.
+fn high_outline(captured: &CapturedView) -> Mask {
+    let depth = &captured.truth.as_ref().unwrap().depth;
+    let outline = outline(&captured.mask);
+    let is_deeper = |x: usize, y: usize| {
+        let around = [(x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)];
+        let off = around.into_iter().filter(|&(x, y)| !captured.mask.contains(x, y));
+        off.into_iter().any(|(u, v)| depth.row(v)[u] - depth.row(y)[x] > 0.0015)
+    };
+    let pick = |x: usize, y: usize| u8::from(outline.contains(x, y) && is_deeper(x, y));
+    Mask::from_nonzero(&Image::from_fn(depth.width(), depth.height(), pick))
+}
+
+#[test]
+fn a_white_plate_on_the_dark_mat_has_its_outline_for_edges() {
+    let Some((views, rig)) = scene("plate_flat") else {
+        return;
+    };
+    for captured in &views {
+        let found = scene_edges(captured, &rig);
+        let wanted = high_outline(captured);
+        let share = covered(&wanted, &found.edges);
+        let count = wanted.count();
+        println!("plate {}: {:.1} % of {count} pixels", captured.camera, 100.0 * share);
+        assert!(count > 300 && share >= 0.98, "{}: {share} of {count}", captured.camera);
+    }
+}

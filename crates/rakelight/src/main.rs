@@ -10,6 +10,7 @@ mod ending;
 mod eval;
 mod failure;
 mod nodes;
+mod relief;
 mod replay;
 mod running_cell;
 mod sim;

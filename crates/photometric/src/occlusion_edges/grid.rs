@@ -27,6 +27,8 @@ const SHIFTS_PX: (f64, f64) = (2.0, 32.0);
 pub(super) struct SquareLight {
     /// Two ways to predict it from others; none where that cannot be done.
     pub(super) predictions: Option<[Prediction; 2]>,
+    /// What a level matte patch shows under it, in units of what it shows under the steepest light.
+    pub(super) level: f32,
     /// Standard deviation of a prediction minus the sample, in units of one sample's.
     pub(super) noise_gain: f32,
     /// From an edge to the pixel looked at on the side away from the light: columns and rows.
@@ -36,7 +38,7 @@ pub(super) struct SquareLight {
 /// A matte patch shows under a light `Σ weight · sample` over three others.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Prediction {
-    /// Which lights, in the order of the rig.
+    /// Which lights, in the order of the rig; the steepest one first.
     pub(super) sources: [usize; 3],
     /// And how much of each.
     pub(super) weights: [f32; 3],
@@ -162,6 +164,7 @@ fn lights_at(view: &View, panels: &[PanelModel], point: &Point3<f64>, reach: f64
         let norm = |prediction: &Prediction| prediction.weights.iter().map(|w| w * w).sum::<f32>();
         SquareLight {
             predictions: Some(predictions),
+            level: (vectors[light].z / vectors[predictions[0].sources[0]].z) as f32,
             noise_gain: (1.0 + predictions.iter().map(norm).fold(0.0, f32::max)).sqrt(),
             shift,
         }

@@ -84,7 +84,7 @@ pub fn occlusion_edges(input: &EdgeInput<'_>, options: &EdgeOptions) -> Result<E
             present: input.capture.rig.channels(),
         });
     }
-    let states = states::States::new(input.capture, &grid)?;
+    let states = states::States::new(input.capture, input.mask, &grid)?;
     let strengths = steps::strengths(&states, &grid);
     let thresholds = trace::Thresholds {
         strong: steps::quantised(options.strong),

@@ -1,5 +1,6 @@
 //! How lit every pixel is under every light: lit, in cast shadow, or neither.
 
+use imaging::Mask;
 use rayon::prelude::*;
 
 use super::grid::{Grid, SQUARE, SquareLight};
@@ -29,10 +30,13 @@ pub(super) struct States {
 }
 
 impl States {
-    pub(super) fn new(capture: &Capture<'_>, grid: &Grid) -> Result<Self, PhotometricError> {
+    /// What lies outside the mask is taken to be level: light by way of the object's walls falls on it from everywhere
+    /// but from above, and would spoil what other lights predict.
+    pub(super) fn new(capture: &Capture<'_>, mask: Option<&Mask>, grid: &Grid) -> Result<Self, PhotometricError> {
         let signals = Signals::new(capture)?;
         let (width, height, lights) = (capture.stack.width(), capture.stack.height(), grid.light_count());
         let mut rows = vec![UNKNOWN; width * height * lights];
+        let everywhere = vec![u8::MAX; width];
         let bands = rows.par_chunks_mut(width * lights * SQUARE).enumerate();
         bands.for_each_init(
             || RowSums::new(width, lights),
@@ -43,8 +47,10 @@ impl States {
                     return;
                 }
                 for (row, states) in rows.chunks_exact_mut(width * lights).enumerate() {
-                    signals.smooth_row(band * SQUARE + row, columns.clone(), sums);
-                    row_states(sums, grid, band, states);
+                    let y = band * SQUARE + row;
+                    signals.smooth_row(y, columns.clone(), sums);
+                    let inside = mask.map_or(everywhere.as_slice(), |mask| mask.as_image().row(y));
+                    row_states(sums, inside, grid, band, states);
                 }
             },
         );
@@ -64,18 +70,19 @@ impl States {
 }
 
 /// States of one row; all lights of it one after another.
-fn row_states(sums: &RowSums, grid: &Grid, band: usize, states: &mut [i8]) {
+fn row_states(sums: &RowSums, inside: &[u8], grid: &Grid, band: usize, states: &mut [i8]) {
     let width = sums.width();
     for (light, states) in states.chunks_exact_mut(width).enumerate() {
         for (column, states) in states.chunks_mut(SQUARE).enumerate() {
-            run_states(sums, &grid.square(column, band)[light], light, column * SQUARE, states);
+            let square = &grid.square(column, band)[light];
+            run_states(sums, &inside[column * SQUARE..], square, light, column * SQUARE, states);
         }
         sums.mark_saturated(grid, band, light, states);
     }
 }
 
-/// States of the pixels of one row in one square.
-fn run_states(sums: &RowSums, square: &SquareLight, light: usize, start: usize, states: &mut [i8]) {
+/// States of the pixels of one row in one square; `inside` begins where `states` do.
+fn run_states(sums: &RowSums, inside: &[u8], square: &SquareLight, light: usize, start: usize, states: &mut [i8]) {
     let Some([one, other]) = square.predictions else {
         return;
     };
@@ -86,10 +93,11 @@ fn run_states(sums: &RowSums, square: &SquareLight, light: usize, start: usize, 
     let d = &sums.samples(other.sources[2])[range];
     let ([wa, wb, wc], [va, vb, vd]) = (one.weights, other.weights);
     let margin = SIGMAS * square.noise_gain;
-    let pixels = states.iter_mut().zip(samples).zip(largest).zip(sigmas);
+    let pixels = states.iter_mut().zip(samples).zip(largest).zip(sigmas).zip(inside);
     let sources = a.iter().zip(b).zip(c).zip(d);
-    for ((((state, &sample), &largest), &sigma), (((&a, &b), &c), &d)) in pixels.zip(sources) {
-        let predicted = least(wa * a + wb * b + wc * c, va * a + vb * b + vd * d);
+    for (((((state, &sample), &largest), &sigma), &inside), (((&a, &b), &c), &d)) in pixels.zip(sources) {
+        let by_others = least(wa * a + wb * b + wc * c, va * a + vb * b + vd * d);
+        let predicted = if inside == 0 { square.level * a } else { by_others };
         let predicted = least(most(predicted, 0.0), largest);
         let scale = most(predicted, LEAST_SHARE * largest) + margin * sigma;
         // A sample below 0 is noise.

@@ -1,7 +1,11 @@
 //! `rakelight eval`: how far results are from the truth, in figures.
 
+mod depth;
+mod edges;
 mod normals;
+mod pictures;
 mod render;
+mod scenes;
 
 use clap::{Args, Subcommand};
 
@@ -17,6 +21,10 @@ pub(crate) struct Arguments {
 enum What {
     /// Compare solved normals with the truth of path-traced captures.
     Normals(normals::Arguments),
+    /// Compare integrated depth with the truth of path-traced captures.
+    Depth(scenes::SceneArguments),
+    /// Compare depth edges with the truth of path-traced captures.
+    Edges(scenes::SceneArguments),
     /// Compare the simulated cameras' images with path-traced captures.
     Render(render::Arguments),
 }
@@ -24,6 +32,8 @@ enum What {
 pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
     match arguments.what {
         What::Normals(arguments) => normals::run(arguments).await,
+        What::Depth(arguments) => depth::run(arguments).await,
+        What::Edges(arguments) => edges::run(arguments).await,
         What::Render(arguments) => render::run(arguments).await,
     }
 }

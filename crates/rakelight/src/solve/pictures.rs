@@ -7,6 +7,7 @@ use imaging::{Image, contact_sheet, encode_png, gray_picture, gray_to_rgb, norma
 use photometric::ViewSolution;
 
 use crate::captured::Captured;
+use crate::relief::relief;
 
 /// White pixels between the pictures of a sheet.
 const GAP: usize = 6;
@@ -33,17 +34,4 @@ pub(super) fn write(folder: &Path, captured: &Captured, solution: &ViewSolution)
     )?;
     put("edges", &gray_to_rgb(solution.edges.edges.as_image()))?;
     put("relief", &gray_to_rgb(&relief(&solution.depth.depth)))
-}
-
-/// Depth as if lit from the top left: what turns towards it is bright; black where there is none.
-fn relief(depth: &Image<f32>) -> Image<u8> {
-    let at = |x: usize, y: usize| depth.get(x, y).copied().unwrap_or(f32::NAN);
-    Image::from_fn(depth.width(), depth.height(), |x, y| {
-        let here = at(x, y);
-        let (across, down) = (at(x + 1, y) - here, at(x, y + 1) - here);
-        // Depth falls towards the light; a pixel is some 0.25 mm wide.
-        let slope = -(across + down) / 0.25e-3;
-        let lit = (0.6 - slope * 0.3) / (1.0 + slope * slope).sqrt();
-        (lit * 255.0).clamp(0.0, 255.0) as u8
-    })
 }

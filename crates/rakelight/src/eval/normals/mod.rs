@@ -3,39 +3,34 @@
 //! Lights are calibrated from the captures of hemispheres in the same folder, or read from a file; the true lights that
 //! the captures describe have no part in it.
 
+mod ablation;
 mod score;
 
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context, anyhow};
-use calibration_files::LightsFile;
 use clap::Args;
+use imaging::{Image, contact_sheet, normal_picture};
 use photometric::{
-    CalibrationOptions, Capture, DirectionalLight, LeastSquaresOptions, LightRig, PixelRays, PolynomialRig,
-    ReferenceOptions, SensorNoise, SolveOptions, TargetView, calibrate_lights, least_squares_normals,
-    reference_normals, solve_view,
+    DirectionalLight, LeastSquaresOptions, LightRig, ReferenceOptions, SolveOptions, ViewSolution,
+    least_squares_normals, reference_normals, solve_view,
 };
-use rig_scenes::{CapturedView, SceneFolder, Truth, find_scenes};
 use serde::Serialize;
 
+use super::pictures::{GAP, heat};
+use super::scenes::{SceneArguments, Subject};
 use crate::failure::Failure;
-use score::{DepthScore, Score};
+use score::{Score, angles};
+
+/// White in the picture of errors, degrees.
+const WHITE_DEGREES: f32 = 30.0;
 
 #[derive(Args)]
 pub(crate) struct Arguments {
-    /// Folder of captures with truth: scenes two folders below, or one scene itself.
-    #[arg(long, value_name = "DIR")]
-    truth: PathBuf,
-    /// Calibration of the lights; without it they are calibrated from the hemispheres below the folder.
-    #[arg(long, value_name = "FILE")]
-    lights: Option<PathBuf>,
-    /// Only scenes of this name, such as `octagon2`.
-    #[arg(long, value_name = "NAME")]
-    only: Option<String>,
-    /// Tell the figures as one JSON object.
+    #[command(flatten)]
+    scenes: SceneArguments,
+    /// Tell instead what each step of the method gains: the same captures with steps left out.
     #[arg(long)]
-    json: bool,
+    ablation: bool,
 }
 
 /// One view's figures.
@@ -48,8 +43,6 @@ struct Row {
     least_squares: Score,
     /// The published system's method.
     reference: Score,
-    /// None where no part was seen to stand on the table.
-    depth: Option<DepthScore>,
     seconds: f64,
 }
 
@@ -61,47 +54,25 @@ struct Report {
     reference_mean: f64,
 }
 
-/// The lights, and the published system's models of them.
-struct Lights {
-    rig: LightRig,
-    polynomials: PolynomialRig,
-}
-
 pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
-    tokio::task::spawn_blocking(move || evaluate(&arguments)).await?
+    tokio::task::spawn_blocking(move || {
+        if arguments.ablation {
+            ablation::evaluate(&arguments.scenes)
+        } else {
+            evaluate(&arguments.scenes)
+        }
+    })
+    .await?
 }
 
-fn evaluate(arguments: &Arguments) -> Result<(), Failure> {
-    let paths = find_scenes(&arguments.truth).map_err(Failure::usage)?;
-    let scenes = paths.iter().map(|path| SceneFolder::open(path));
-    let scenes = scenes.collect::<Result<Vec<_>, _>>().map_err(Failure::usage)?;
-    let lights = match &arguments.lights {
-        Some(path) => {
-            let rig = read_rig(path)?;
-            let polynomials = PolynomialRig::from_panels(&rig);
-            Lights { rig, polynomials }
+fn evaluate(arguments: &SceneArguments) -> Result<(), Failure> {
+    let views = arguments.open()?.rows(|subject| {
+        let row = score(subject)?;
+        if !arguments.json {
+            println!("{}", row.for_people());
         }
-        None => calibrated(&scenes)?,
-    };
-    let wanted = |scene: &&SceneFolder| arguments.only.as_ref().is_none_or(|name| scene.name() == *name);
-    let mut views = Vec::new();
-    for scene in scenes
-        .iter()
-        .filter(|scene| scene.hemisphere().is_none())
-        .filter(wanted)
-    {
-        for view in scene.views()? {
-            let Some(truth) = &view.truth else { continue };
-            let row = score(scene.name(), &view, truth, &lights)?;
-            if !arguments.json {
-                println!("{}", row.for_people());
-            }
-            views.push(row);
-        }
-    }
-    if views.is_empty() {
-        return Err(anyhow!("no scene with truth was found below {}", arguments.truth.display()).into());
-    }
+        Ok(row)
+    })?;
     let mean = |of: fn(&Row) -> f64| views.iter().map(of).sum::<f64>() / views.len() as f64;
     let report = Report {
         mean: mean(|row| row.normals.mean),
@@ -123,70 +94,44 @@ fn evaluate(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn read_rig(path: &Path) -> Result<LightRig, Failure> {
-    let rig = LightsFile::read(path).and_then(|file| file.rig());
-    rig.with_context(|| format!("{}", path.display()))
-        .map_err(Failure::usage)
-}
-
-/// The lights from every hemisphere among the scenes.
-fn calibrated(scenes: &[SceneFolder]) -> Result<Lights, Failure> {
-    let targets: Vec<&SceneFolder> = scenes.iter().filter(|scene| scene.hemisphere().is_some()).collect();
-    if targets.is_empty() {
-        let problem = anyhow!("no captures of hemispheres among the scenes: give the lights by --lights FILE");
-        return Err(Failure::usage(problem));
-    }
-    let mut captures = Vec::new();
-    for scene in targets {
-        for view in scene.views()? {
-            captures.push((scene.name(), PixelRays::new(&view.view.camera), view));
-        }
-    }
-    let view = |capture| {
-        let (placement, rays, captured): &(String, PixelRays, CapturedView) = capture;
-        TargetView {
-            placement,
-            camera: &captured.camera,
-            stack: &captured.stack,
-            view: &captured.view,
-            rays,
-        }
-    };
-    let calibration = calibrate_lights(&captures.iter().map(view).collect::<Vec<_>>(), &CalibrationOptions::RIG)?;
-    match calibration.failure {
-        None => Ok(Lights {
-            rig: calibration.rig,
-            polynomials: calibration.polynomials,
-        }),
-        Some(reason) => Err(anyhow!("the calibration failed: {reason}").into()),
-    }
-}
-
-fn score(scene: String, view: &CapturedView, truth: &Truth, lights: &Lights) -> anyhow::Result<Row> {
-    let rig = &lights.rig;
-    let rays = PixelRays::new(&view.view.camera);
-    let capture = Capture {
-        stack: &view.stack,
-        view: &view.view,
-        rays: &rays,
-        rig,
-        noise: SensorNoise::RIG,
-    };
-    let started = Instant::now();
-    let solution = solve_view(&capture, &SolveOptions::default())?;
-    let seconds = started.elapsed().as_secs_f64();
-    let plain = least_squares_normals(&view.stack, &directional(rig)?, &LeastSquaresOptions::default())?;
-    let mask = &solution.normals.mask;
-    let reference = reference_normals(&capture, mask, &lights.polynomials, &ReferenceOptions::default())?;
-    Ok(Row {
+fn score(subject: &Subject<'_>) -> anyhow::Result<Row> {
+    let Subject {
         scene,
-        reference: Score::of(&reference.normals, truth, &view.mask),
+        view,
+        truth,
+        capture,
+        lights,
+        ..
+    } = subject;
+    let started = Instant::now();
+    let solution = solve_view(capture, &SolveOptions::default())?;
+    let seconds = started.elapsed().as_secs_f64();
+    let plain = least_squares_normals(&view.stack, &directional(&lights.rig)?, &LeastSquaresOptions::default())?;
+    let mask = &solution.normals.mask;
+    let reference = reference_normals(capture, mask, &lights.polynomials, &ReferenceOptions::default())?;
+    subject.picture("normals", || Ok(picture(subject, &solution)))?;
+    let score = |normals: &Image<[f32; 3]>| Score::of(normals, truth, &view.mask);
+    Ok(Row {
+        scene: (*scene).to_owned(),
         camera: view.camera.clone(),
-        normals: Score::of(&solution.normals.normals, truth, &view.mask),
-        least_squares: Score::of(&plain.normals, truth, &view.mask),
-        depth: DepthScore::of(&solution.depth, truth, &view.mask),
+        normals: score(&solution.normals.normals),
+        least_squares: score(&plain.normals),
+        reference: score(&reference.normals),
         seconds,
     })
+}
+
+/// What was found, the truth, and the angle between them: black 0, white [`WHITE_DEGREES`] and more, blue where one is
+/// missing.
+fn picture(subject: &Subject<'_>, solution: &ViewSolution) -> Image<[u8; 3]> {
+    let found = &solution.normals.normals;
+    let errors = angles(found, subject.truth, &subject.view.mask);
+    let pictures = [
+        normal_picture(found),
+        normal_picture(&subject.truth.normals),
+        heat(&errors, WHITE_DEGREES),
+    ];
+    contact_sheet(&pictures, pictures.len(), GAP).unwrap_or_else(|| normal_picture(found))
 }
 
 /// The panels as distant lights, as seen from the middle of the mat.
@@ -201,11 +146,8 @@ fn directional(rig: &LightRig) -> anyhow::Result<Vec<DirectionalLight>> {
 
 impl Row {
     fn for_people(&self) -> String {
-        let depth = self
-            .depth
-            .map_or_else(|| "no depth".to_owned(), |depth| depth.to_string());
         format!(
-            "{:16} {}  {}   published method {:5.2}, plain least squares {:5.2}   depth {depth}   {:.0} ms",
+            "{:16} {}  {}   published method {:5.2}, plain least squares {:5.2}   {:.0} ms",
             self.scene,
             self.camera,
             self.normals,

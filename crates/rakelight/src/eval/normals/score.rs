@@ -3,7 +3,6 @@
 use std::fmt;
 
 use imaging::{Image, Mask};
-use photometric::DepthMap;
 use rig_scenes::Truth;
 use serde::Serialize;
 
@@ -28,7 +27,9 @@ impl Score {
     pub(super) fn of(normals: &Image<[f32; 3]>, truth: &Truth, mask: &Mask) -> Self {
         let pairs = normals.pixels().iter().zip(truth.normals.pixels());
         let inside = pairs.zip(mask.as_image().pixels()).filter(|(_, inside)| **inside != 0);
-        let mut angles: Vec<f64> = inside.map(|((found, truth), _)| angle(*found, *truth)).collect();
+        let mut angles: Vec<f64> = inside
+            .map(|((found, truth), _)| angle(*found, *truth).unwrap_or(MISSING))
+            .collect();
         angles.sort_by(f64::total_cmp);
         let count = angles.len().max(1) as f64;
         let at = |share: f64| angles.get((share * count) as usize).copied().unwrap_or(MISSING);
@@ -46,13 +47,21 @@ impl Score {
     }
 }
 
-fn angle(found: [f32; 3], truth: [f32; 3]) -> f64 {
+/// Degrees between unit vectors; none when one is missing.
+fn angle(found: [f32; 3], truth: [f32; 3]) -> Option<f64> {
     let dot: f64 = found.iter().zip(truth).map(|(a, b)| f64::from(a * b)).sum();
-    if dot.is_nan() {
-        MISSING
-    } else {
-        dot.clamp(-1.0, 1.0).acos().to_degrees()
-    }
+    (!dot.is_nan()).then(|| dot.clamp(-1.0, 1.0).acos().to_degrees())
+}
+
+/// Angles pixel by pixel, degrees: NaN where one is missing, 0 off the object.
+pub(super) fn angles(normals: &Image<[f32; 3]>, truth: &Truth, mask: &Mask) -> Image<f32> {
+    Image::from_fn(normals.width(), normals.height(), |x, y| {
+        if !mask.contains(x, y) {
+            return 0.0;
+        }
+        let at = y * normals.width() + x;
+        angle(normals.pixels()[at], truth.normals.pixels()[at]).map_or(f32::NAN, |angle| angle as f32)
+    })
 }
 
 impl fmt::Display for Score {
@@ -61,49 +70,6 @@ impl fmt::Display for Score {
             f,
             "mean {:5.2} ({:5.2})  median {:5.2}  p95 {:5.1}  below 20 degrees {:5.1} %  coverage {:5.1} %",
             self.mean, self.std, self.median, self.p95, self.below_20, self.coverage
-        )
-    }
-}
-
-/// Depth over the object's pixels, millimetres, after one offset is taken off.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct DepthScore {
-    pub(super) mean: f64,
-    pub(super) max: f64,
-    /// The offset: the median difference.
-    pub(super) offset: f64,
-    /// Share of the pixels that have a depth, per cent.
-    pub(super) coverage: f64,
-}
-
-impl DepthScore {
-    /// None when no pixel has a depth.
-    pub(super) fn of(found: &DepthMap, truth: &Truth, mask: &Mask) -> Option<Self> {
-        let pairs = found.depth.pixels().iter().zip(truth.depth.pixels());
-        let inside = pairs.zip(mask.as_image().pixels()).filter(|(_, inside)| **inside != 0);
-        let mut off: Vec<f64> = inside
-            .map(|((found, truth), _)| 1e3 * f64::from(found - truth))
-            .filter(|off| off.is_finite())
-            .collect();
-        off.sort_by(f64::total_cmp);
-        let offset = *off.get(off.len() / 2)?;
-        let count = off.len() as f64;
-        let errors = off.iter().map(|off| (off - offset).abs());
-        Some(Self {
-            mean: errors.clone().sum::<f64>() / count,
-            max: errors.fold(0.0, f64::max),
-            offset,
-            coverage: 100.0 * count / mask.count().max(1) as f64,
-        })
-    }
-}
-
-impl fmt::Display for DepthScore {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{:.3} mm (max {:.2}, offset {:+.2})",
-            self.mean, self.max, self.offset
         )
     }
 }
