@@ -66,5 +66,5 @@ pub use occlusion_edges::{EdgeInput, EdgeMap, EdgeOptions, occlusion_edges};
 pub use reference::{ReferenceOptions, reference_normals};
 pub use sensor_noise::SensorNoise;
 pub use solution::{Capture, NormalSolution};
-pub use solve_view::{SolveOptions, ViewSolution, solve_normals, solve_view};
+pub use solve_view::{SolveOptions, ViewSolution, solve_normals, solve_view, solve_view_by_reference};
 pub use view::{PixelRays, View};

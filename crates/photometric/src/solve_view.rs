@@ -2,12 +2,14 @@
 
 use imaging::{Image, Mask};
 
+use crate::calibration::PolynomialRig;
 use crate::depth::{DepthMap, IntegrationInput, IntegrationOptions, integrate};
 use crate::error::PhotometricError;
 use crate::half_size::{HalfSize, doubled};
 use crate::near_field::{FirstLook, NearFieldOptions, Solved, near_field_normals, solve};
 use crate::object_mask::{ObjectMaskOptions, object_mask};
 use crate::occlusion_edges::{EdgeInput, EdgeMap, EdgeOptions, occlusion_edges};
+use crate::reference::{ReferenceOptions, reference_normals};
 use crate::solution::{Capture, NormalSolution};
 use crate::window::Window;
 
@@ -49,14 +51,7 @@ pub struct ViewSolution {
 /// Those of [`object_mask`], [`near_field_normals`], [`integrate`] and [`occlusion_edges`].
 pub fn solve_view(capture: &Capture<'_>, options: &SolveOptions) -> Result<ViewSolution, PhotometricError> {
     let mask = object_mask(capture, &options.mask)?;
-    let edges = occlusion_edges(
-        &EdgeInput {
-            capture,
-            mask: Some(&mask),
-            depth: None,
-        },
-        &options.edges,
-    )?;
+    let edges = edges_of(capture, &mask, &options.edges)?;
     let Some(window) = Window::around(capture, &mask) else {
         let normals = near_field_normals(capture, &mask, None, options.normals)?;
         let depth = depth_of(capture, &normals, &options.depth)?;
@@ -72,6 +67,23 @@ pub fn solve_view(capture: &Capture<'_>, options: &SolveOptions) -> Result<ViewS
         depth: window.whole_depth(&depth, &mask),
         edges,
     })
+}
+
+/// The same with the published method's normals, as a yardstick: mask, depth and edges are ours.
+///
+/// # Errors
+/// Those of [`solve_view`] and [`reference_normals`].
+pub fn solve_view_by_reference(
+    capture: &Capture<'_>,
+    lights: &PolynomialRig,
+    reference: &ReferenceOptions,
+    options: &SolveOptions,
+) -> Result<ViewSolution, PhotometricError> {
+    let mask = object_mask(capture, &options.mask)?;
+    let edges = edges_of(capture, &mask, &options.edges)?;
+    let normals = reference_normals(capture, &mask, lights, reference)?;
+    let depth = depth_of(capture, &normals, &options.depth)?;
+    Ok(ViewSolution { normals, depth, edges })
 }
 
 /// The normals of [`solve_view`] alone: where panels are near, they need a rough depth, which is found on the way.
@@ -123,6 +135,15 @@ fn rescaled(capture: &Capture<'_>, solved: &Solved, depth: Image<f32>) -> Result
         Some(scale) => depth.map(|depth| depth * scale),
         None => depth,
     })
+}
+
+fn edges_of(capture: &Capture<'_>, mask: &Mask, options: &EdgeOptions) -> Result<EdgeMap, PhotometricError> {
+    let input = EdgeInput {
+        capture,
+        mask: Some(mask),
+        depth: None,
+    };
+    occlusion_edges(&input, options)
 }
 
 fn depth_of(

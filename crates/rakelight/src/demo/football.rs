@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, ensure};
-use imaging::{DecodedPng, Image, Mask, decode_png, gamma_to_linear_mono16};
+use imaging::{DecodedPng, ExposureStack, Image, Mask, decode_png, gamma_to_linear_mono16};
 use interfaces::builtin_interfaces::msg::Time;
 use interfaces::geometry_msgs::msg::{Quaternion, Transform, TransformStamped, Vector3};
 use interfaces::rakelight_msgs::msg::Exposure;
@@ -36,12 +36,16 @@ pub(crate) struct Football {
     pub(crate) light_directions_in_camera: Vec<[f64; 3]>,
     /// The ball.
     pub(crate) mask: Mask,
+    /// Of the camera, pixels.
+    pub(crate) focal: [f64; 2],
 }
 
 #[derive(Deserialize)]
 struct Calibration {
     #[serde(rename = "S")]
     light_directions: Vec<[f64; 3]>,
+    #[serde(rename = "K")]
+    intrinsics: [[f64; 3]; 3],
 }
 
 impl Football {
@@ -69,6 +73,7 @@ impl Football {
             images,
             light_directions_in_camera: calibration.light_directions,
             mask,
+            focal: [calibration.intrinsics[0][0], calibration.intrinsics[1][1]],
         })
     }
 
@@ -78,6 +83,16 @@ impl Football {
             .iter()
             .map(|s| s.iter().map(|x| x * x).sum::<f64>().sqrt())
             .collect()
+    }
+
+    /// The photographs as a stack, the one without light as its dark frame.
+    pub(crate) fn stack(&self) -> anyhow::Result<ExposureStack> {
+        let channels: Vec<u8> = (1..=LIGHTS as u8).collect();
+        Ok(ExposureStack::new(
+            &channels,
+            (0_u8..).zip(self.images.clone()),
+            u16::MAX,
+        )?)
     }
 
     /// Writes them in the layout of the cell's recordings; replaces what an earlier run wrote.

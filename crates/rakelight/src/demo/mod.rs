@@ -1,6 +1,6 @@
 //! `rakelight demo`: a recorded capture through ROS, solved, and its normal map as a picture.
 
-mod football;
+pub(crate) mod football;
 mod viewer;
 
 use std::path::PathBuf;

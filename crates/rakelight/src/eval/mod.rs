@@ -2,6 +2,7 @@
 
 mod depth;
 mod edges;
+mod football;
 mod normals;
 mod pictures;
 mod render;
@@ -25,6 +26,8 @@ enum What {
     Depth(scenes::SceneArguments),
     /// Compare depth edges with the truth of path-traced captures.
     Edges(scenes::SceneArguments),
+    /// Compare the normals of a real, photographed football with a fitted sphere.
+    Football(football::Arguments),
     /// Compare the simulated cameras' images with path-traced captures.
     Render(render::Arguments),
 }
@@ -34,6 +37,7 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
         What::Normals(arguments) => normals::run(arguments).await,
         What::Depth(arguments) => depth::run(arguments).await,
         What::Edges(arguments) => edges::run(arguments).await,
+        What::Football(arguments) => football::run(arguments).await,
         What::Render(arguments) => render::run(arguments).await,
     }
 }

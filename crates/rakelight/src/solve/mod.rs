@@ -8,9 +8,10 @@ use std::time::Instant;
 
 use anyhow::{Context, anyhow};
 use calibration_files::LightsFile;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use photometric::{
-    Capture, LightRig, NormalSolution, PhotometricError, SensorNoise, SolveOptions, ViewSolution, solve_view,
+    Capture, LightRig, NormalSolution, PhotometricError, PolynomialRig, ReferenceOptions, SensorNoise, SolveOptions,
+    ViewSolution, solve_view, solve_view_by_reference,
 };
 use recording::Bag;
 
@@ -25,12 +26,23 @@ pub(crate) struct Arguments {
     /// Calibration of the lights; without it they are taken to be where the rig was drawn.
     #[arg(long, value_name = "FILE")]
     lights: Option<PathBuf>,
+    /// How normals are found.
+    #[arg(long, value_enum, default_value_t = Method::NearField)]
+    method: Method,
     /// Folder of the new bag with the results; must not exist.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Write pictures of the images and the normals into this folder.
     #[arg(long, value_name = "DIR")]
     png: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Method {
+    /// Panels near the work, shadow hypotheses, depth fed back, the object's own light.
+    NearField,
+    /// The published system's: quadratic light models and shadow weights; a yardstick.
+    Reference,
 }
 
 pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
@@ -61,7 +73,7 @@ fn solve_bag(arguments: &Arguments) -> Result<(), Failure> {
             file.require_camera(captured.camera_name(), width, height)?;
         }
         let started = Instant::now();
-        let solution = solve(&captured, &rig)?;
+        let solution = solve(&captured, &rig, arguments.method)?;
         println!(
             "{}",
             summary(&captured, &solution.normals, started.elapsed().as_secs_f64())
@@ -94,7 +106,7 @@ fn finish(solved: usize, problems: &[String]) -> Result<(), Failure> {
     }
 }
 
-fn solve(captured: &Captured, rig: &LightRig) -> Result<ViewSolution, PhotometricError> {
+fn solve(captured: &Captured, rig: &LightRig, method: Method) -> Result<ViewSolution, PhotometricError> {
     let capture = Capture {
         stack: &captured.stack,
         view: &captured.view,
@@ -102,7 +114,15 @@ fn solve(captured: &Captured, rig: &LightRig) -> Result<ViewSolution, Photometri
         rig,
         noise: SensorNoise::RIG,
     };
-    solve_view(&capture, &SolveOptions::default())
+    match method {
+        Method::NearField => solve_view(&capture, &SolveOptions::default()),
+        Method::Reference => solve_view_by_reference(
+            &capture,
+            &PolynomialRig::from_panels(rig),
+            &ReferenceOptions::default(),
+            &SolveOptions::default(),
+        ),
+    }
 }
 
 /// A line about a solved view.
