@@ -248,3 +248,66 @@ pub(crate) fn solve(matrix: Mat3, right: Vec3) -> Option<Vec3> {
     let size = matrix.x_axis.x.max(matrix.y_axis.y).max(matrix.z_axis.z);
     (determinant.abs() > 1e-12 * size * size * size).then(|| matrix.inverse() * right)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Six lights around and one above, some samples brighter than a level surface shows and some darker.
+    fn pixel(samples: [f32; 7]) -> Pixel {
+        let mut lights = LightAt::default();
+        let mut pixel = Pixel {
+            signal: Lanes::ZERO,
+            // So large that the model's own error, which the slopes leave out, does not count.
+            variance: Lanes::splat(0.04),
+            valid: Lanes::ZERO,
+            lights,
+            room: Lanes::splat(0.05),
+            bounced: Lanes::ZERO,
+            room_linear: VectorLanes::default(),
+            to_camera: Vec3::Z,
+            brightest: 1.0,
+        };
+        for (lane, sample) in samples.into_iter().enumerate() {
+            let (sine, cosine) = (lane as f32 * std::f32::consts::FRAC_PI_3).sin_cos();
+            let ring = Vec3::new(cosine, sine, 0.6);
+            lights.vector.set(lane, if lane < 6 { ring } else { Vec3::Z });
+            pixel.room_linear.set(lane, Vec3::new(0.01, -0.02, 0.03));
+            pixel.signal.as_mut_array()[lane] = sample;
+            pixel.valid.as_mut_array()[lane] = 1.0;
+        }
+        pixel.lights = lights;
+        pixel
+    }
+
+    proptest! {
+        #[test]
+        fn the_step_goes_down_the_cost(
+            x in -0.25_f32..0.25, y in -0.25_f32..0.25, albedo in 0.8_f32..1.2, samples: [f32; 7],
+        ) {
+            let normal = Vec3::new(x, y, 1.0).normalize();
+            let (tangent, across) = tangents(normal);
+            let step = 1e-2;
+            let turned = |by: Vec3| (normal + by * step).normalize();
+            let pixel = pixel(samples.map(|sample| 0.3 + sample.abs() % 0.9));
+            // A light in doubt between lit and blocked has no slope.
+            let shone = |by: f32| albedo * (by * step).exp();
+            let lit = |normal: Vec3, albedo: f32| {
+                let terms = pixel.terms(normal, albedo);
+                (terms.weight.simd_gt(Lanes::ZERO).to_bitmask(), terms.blocked.to_array())
+            };
+            let turns = [tangent, -tangent, across, -across].map(|by| lit(turned(by), albedo));
+            let shines = [1.0, -1.0].map(|by| lit(normal, shone(by)));
+            prop_assume!(turns.iter().chain(&shines).all(|lanes| *lanes == lit(normal, albedo)));
+            let slope = |by: Vec3| {
+                (pixel.cost(turned(by), albedo) - pixel.cost(turned(-by), albedo)) / (2.0 * step)
+            };
+            let shine = (pixel.cost(normal, shone(1.0)) - pixel.cost(normal, shone(-1.0))) / (2.0 * step);
+            let (_, right) = pixel.normal_equations(&pixel.terms(normal, albedo), normal, albedo, 0.0);
+            let downhill = -Vec3::new(slope(tangent), slope(across), shine);
+            let scale = right.length().max(2.0);
+            prop_assert!((right - downhill).length() < 0.05 * scale, "{right} but {downhill}");
+        }
+    }
+}

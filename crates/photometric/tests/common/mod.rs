@@ -1,6 +1,8 @@
 //! A Lambertian sphere, rendered with attached shadows.
 #![allow(dead_code, reason = "each test file uses its part")]
 
+pub(crate) mod ball;
+
 use imaging::{ExposureStack, Image};
 use photometric::DirectionalLight;
 
