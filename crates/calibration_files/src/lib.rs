@@ -18,4 +18,4 @@ mod error;
 mod lights;
 
 pub use error::CalibrationFileError;
-pub use lights::{LightResidual, LightsFile, MadeWith};
+pub use lights::{LightResidual, LightsFile, MadeWith, PlacementResidual};

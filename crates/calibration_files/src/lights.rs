@@ -30,6 +30,9 @@ pub struct LightsFile {
     lights: Vec<Light>,
     /// How well each light fitted.
     pub residuals: Vec<LightResidual>,
+    /// Where the target stood and how well it fitted there; files made before this was kept have none.
+    #[serde(default)]
+    pub placements: Vec<PlacementResidual>,
 }
 
 /// A camera of a calibration.
@@ -56,6 +59,20 @@ pub struct LightResidual {
     pub median_sigmas: f64,
     /// Root mean square misfit, per cent of the mean signal.
     pub rms_percent: f64,
+}
+
+/// Where the target stood and how well it fitted there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlacementResidual {
+    /// The capture's name.
+    pub placement: String,
+    /// The target's centre on the mat, base frame, metres; none when it was not found.
+    pub centre: Option<[f64; 2]>,
+    /// Median misfit in sigmas of noise; none when the target was not found.
+    pub median_sigmas: Option<f64>,
+    /// Why it was left out; none when it was used.
+    pub left_out: Option<String>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -97,7 +114,15 @@ impl LightsFile {
             made_with,
             lights: rig.panels().iter().map(Light::of).collect(),
             residuals,
+            placements: Vec::new(),
         }
+    }
+
+    /// The same with where the target stood.
+    #[must_use]
+    pub fn with_placements(mut self, placements: Vec<PlacementResidual>) -> Self {
+        self.placements = placements;
+        self
     }
 
     /// Reads a file; its rig is checked as well.
@@ -141,7 +166,8 @@ impl LightsFile {
         Ok(LightRig::new(panels)?)
     }
 
-    /// Refuses a camera that the calibration was not made with; one that names no camera fits all.
+    /// Refuses a camera that the calibration was not made with; one that names no camera fits all. Lights are in the base
+    /// frame, so that they fit any resolution of their cameras.
     pub fn require_camera(&self, camera: &str, width: usize, height: usize) -> Result<(), CalibrationFileError> {
         let fits = |made: &MadeWith| made.camera.eq_ignore_ascii_case(camera);
         if self.made_with.is_empty() || self.made_with.iter().any(fits) {

@@ -1,6 +1,6 @@
 //! What is written comes back; what is wrong is named.
 
-use calibration_files::{LightResidual, LightsFile, MadeWith};
+use calibration_files::{LightResidual, LightsFile, MadeWith, PlacementResidual};
 use photometric::LightRig;
 
 fn file() -> LightsFile {
@@ -15,7 +15,19 @@ fn file() -> LightsFile {
         median_sigmas: 0.7,
         rms_percent: 4.2,
     }];
-    LightsFile::new(&LightRig::nominal(), "2026-11-25", made_with, residuals)
+    let used = PlacementResidual {
+        placement: "hemi00".into(),
+        centre: Some([0.4, -0.1]),
+        median_sigmas: Some(0.7),
+        left_out: None,
+    };
+    let missed = PlacementResidual {
+        placement: "hemi01".into(),
+        centre: None,
+        median_sigmas: None,
+        left_out: Some("the target was not found".into()),
+    };
+    LightsFile::new(&LightRig::nominal(), "2026-11-25", made_with, residuals).with_placements(vec![used, missed])
 }
 
 #[test]
@@ -67,4 +79,12 @@ fn another_camera_is_refused_by_name() {
     file().require_camera("C1", 384, 384).unwrap();
     let refused = file().require_camera("c3", 1536, 1536).unwrap_err().to_string();
     assert_eq!(refused, "made with c1 (768 x 768), not with camera c3 at 1536 x 1536");
+}
+
+#[test]
+fn a_file_from_before_placements_were_kept_is_read() {
+    let text = file().to_text().unwrap();
+    let (old, _) = text.split_once("placements:").unwrap();
+    let read = LightsFile::from_text(old).unwrap();
+    assert!(read.placements.is_empty() && read.residuals == file().residuals);
 }

@@ -136,16 +136,20 @@ impl CameraSolver {
         let saturation = self.parameters.saturation.get() as u16;
         let solved = tokio::task::spawn_blocking(move || panels.solve(&capture, viewpoint, saturation)).await;
         let solved = solved.expect("the solver does not panic")?;
-        let (object_pixels, few_lights) = (solved.object_pixels, solved.few_lights);
+        let (object_pixels, quality) = (solved.object_pixels, solved.quality);
         let took_ms = started.elapsed().as_millis();
         tracing::info!(
             camera = self.camera,
             capture_id,
             object_pixels,
-            few_lights,
+            few_lights = quality.few_lights,
+            confidence = quality.confidence,
             took_ms,
             "solved"
         );
+        if let Some(doubt) = quality.doubt() {
+            tracing::warn!(camera = self.camera, capture_id, "doubtful: {doubt}");
+        }
         self.rays = Some(solved.rays.clone());
         Ok(solved)
     }

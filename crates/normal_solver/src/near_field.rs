@@ -7,7 +7,7 @@ use calibration_files::LightsFile;
 use geometry::{PinholeCamera, RigidTransform};
 use imaging::Image;
 use interfaces::sensor_msgs::msg::CameraInfo;
-use photometric::{LightRig, NormalSolution, PixelRays, SensorNoise, SolveOptions, View, ViewSolution, solve_view};
+use photometric::{LightRig, PixelRays, Quality, SensorNoise, SolveOptions, View, ViewSolution, solve_view};
 
 use crate::assembler::Capture;
 use crate::convert;
@@ -34,7 +34,7 @@ pub(crate) struct Solved {
     /// From where.
     pub(crate) view: View,
     pub(crate) object_pixels: usize,
-    pub(crate) few_lights: usize,
+    pub(crate) quality: Quality,
     pub(crate) rays: (PinholeCamera, Arc<PixelRays>),
 }
 
@@ -86,20 +86,12 @@ impl NearField {
         let solution = solve_view(&capture, &SolveOptions::default())?;
         Ok(Solved {
             object_pixels: solution.normals.mask.count(),
-            few_lights: few_lights(&solution.normals),
+            quality: solution.normals.quality(),
             solution,
             view,
             rays: (camera, rays),
         })
     }
-}
-
-/// Pixels with a normal that fewer than three lights reach.
-fn few_lights(solution: &NormalSolution) -> usize {
-    let pixels = solution.normals.pixels().iter().zip(solution.lights_used.pixels());
-    pixels
-        .filter(|(normal, used)| normal[0].is_finite() && **used < 3)
-        .count()
 }
 
 fn camera(info: &CameraInfo) -> Result<PinholeCamera, Error> {

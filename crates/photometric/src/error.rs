@@ -1,5 +1,7 @@
 //! What makes photometric stereo impossible.
 
+use std::ops::RangeInclusive;
+
 /// Why lights or images were refused, with what was given and what is allowed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PhotometricError {
@@ -91,4 +93,19 @@ pub enum PhotometricError {
         /// Channels of the rig.
         present: Vec<u8>,
     },
+}
+
+impl PhotometricError {
+    /// Refuses a number outside a range, NaN included; `allowed` is the range in words.
+    pub(crate) fn require_within(
+        what: &'static str,
+        value: f64,
+        range: RangeInclusive<f64>,
+        allowed: &'static str,
+    ) -> Result<(), Self> {
+        if range.contains(&value) {
+            return Ok(());
+        }
+        Err(Self::OutOfRange { what, value, allowed })
+    }
 }

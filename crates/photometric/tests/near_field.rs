@@ -251,3 +251,88 @@ fn too_few_placements_are_refused() {
         .to_string();
     assert!(error.contains("placements") && error.contains("= 3"), "{error}");
 }
+
+/// The same images under other numbers: light `a` says it is `b` and the other way round.
+fn exchanged(stack: &ExposureStack, a: u8, b: u8) -> ExposureStack {
+    let source = |channel: u8| match channel {
+        channel if channel == a => b,
+        channel if channel == b => a,
+        channel => channel,
+    };
+    with_lights(stack, |channel| stack.light(source(channel)).unwrap().clone())
+}
+
+fn with_lights(stack: &ExposureStack, image: impl Fn(u8) -> Image<u16>) -> ExposureStack {
+    let lit = stack.channels().map(|channel| (channel, image(channel)));
+    let images = std::iter::once((0, stack.dark().clone())).chain(lit);
+    let channels: Vec<u8> = stack.channels().collect();
+    ExposureStack::new(&channels, images, stack.saturation()).unwrap()
+}
+
+#[test]
+fn exchanged_lights_raise_doubt() {
+    let (view, rig) = (view(192), LightRig::nominal());
+    let stack = ball_stack(&view, &rig, 1.0);
+    assert_eq!(solve(&stack, &view, &rig).1.quality().doubt(), None);
+    for (a, b) in [(1, 2), (1, 4), (2, 5), (3, 7)] {
+        let (_, solution) = solve(&exchanged(&stack, a, b), &view, &rig);
+        let quality = solution.quality();
+        let doubt = quality.doubt().unwrap_or_default();
+        assert!(doubt.contains("lights exchanged"), "{a} and {b}: {quality:?}");
+    }
+}
+
+#[test]
+fn a_saturated_light_is_done_without() {
+    let (view, rig) = (view(192), LightRig::nominal());
+    let stack = ball_stack(&view, &rig, 1.0);
+    let white = || Image::filled(view.camera.width(), view.camera.height(), u16::MAX);
+    let stack = with_lights(&stack, |channel| {
+        if channel == 3 {
+            white()
+        } else {
+            stack.light(channel).unwrap().clone()
+        }
+    });
+    let (mask, solution) = solve(&stack, &view, &rig);
+    assert!(mask.count() < 2000, "{}", mask.count());
+    let error = ball_error(&view, &solution);
+    assert!(error < 4.0, "{error}");
+    assert!(solution.lights_used.pixels().iter().all(|&used| used <= 6));
+}
+
+#[test]
+fn numbers_that_are_none_are_refused_by_name() {
+    let (view, rig) = (view(64), LightRig::nominal());
+    let stack = ball_stack(&view, &rig, 1.0);
+    let rays = PixelRays::new(&view.camera);
+    let capture = Capture {
+        stack: &stack,
+        view: &view,
+        rays: &rays,
+        rig: &rig,
+        noise: SensorNoise::RIG,
+    };
+    let refused = |change: fn(&mut photometric::SolveOptions)| {
+        let mut options = photometric::SolveOptions::default();
+        change(&mut options);
+        photometric::solve_view(&capture, &options).unwrap_err().to_string()
+    };
+    let cases: [(&str, String); 6] = [
+        ("coupling = NaN", refused(|options| options.normals.coupling = f32::NAN)),
+        (
+            "reflectance = 1.5",
+            refused(|options| options.normals.reflectance = 1.5),
+        ),
+        ("stiffness = NaN", refused(|options| options.depth.stiffness = f32::NAN)),
+        ("tolerance = 0", refused(|options| options.depth.tolerance = 0.0)),
+        (
+            "side of the mat = NaN",
+            refused(|options| options.mask.mat_size[1] = f64::NAN),
+        ),
+        ("reach = NaN", refused(|options| options.edges.reach = f64::NAN)),
+    ];
+    for (wanted, error) in cases {
+        assert!(error.starts_with(wanted), "{error}");
+    }
+}

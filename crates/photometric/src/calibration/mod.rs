@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use crate::error::PhotometricError;
 use crate::light_rig::LightRig;
+use crate::object_mask::ObjectMaskOptions;
 use crate::sensor_noise::SensorNoise;
 use crate::view::{PixelRays, View};
 use imaging::ExposureStack;
@@ -93,6 +94,25 @@ impl CalibrationOptions {
         radius: 0.04,
         noise: SensorNoise::RIG,
     };
+}
+
+impl LightCalibration {
+    /// How many placements that were used stand in each part of the mat: `parts` along x and along y; those beyond its
+    /// border count in the nearest.
+    pub fn coverage(&self, mat: &ObjectMaskOptions, parts: [usize; 2]) -> Vec<Vec<usize>> {
+        let mut counts = vec![vec![0; parts[1]]; parts[0]];
+        let part = |centre: [f64; 2], axis: usize| {
+            let along = (centre[axis] - mat.mat_centre[axis]) / mat.mat_size[axis] + 0.5;
+            ((along * parts[axis] as f64).max(0.0) as usize).min(parts[axis] - 1)
+        };
+        let used = self.placements.iter().filter(|placement| placement.dropped.is_none());
+        if parts.iter().all(|&count| count > 0) {
+            for centre in used.filter_map(|placement| placement.centre) {
+                counts[part(centre, 0)][part(centre, 1)] += 1;
+            }
+        }
+        counts
+    }
 }
 
 /// Fewer placements leave the panels' distance open.

@@ -60,6 +60,15 @@ impl Default for IntegrationOptions {
     }
 }
 
+impl IntegrationOptions {
+    fn check(&self) -> Result<(), PhotometricError> {
+        let within = PhotometricError::require_within;
+        within("stiffness", f64::from(self.stiffness), 0.0..=100.0, "0 to 100")?;
+        within("rounds", self.rounds as f64, 0.0..=100.0, "0 to 100")?;
+        within("tolerance", f64::from(self.tolerance), 1e-7..=0.5, "1e-7 to 0.5")
+    }
+}
+
 /// Depth of a view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthMap {
@@ -74,8 +83,9 @@ pub struct DepthMap {
 /// Integrates a normal map. Pixels without a normal, and parts that are not seen to stand on the table, get NaN.
 ///
 /// # Errors
-/// Images or rays of another size than the view's.
+/// Images or rays of another size than the view's; options out of range.
 pub fn integrate(input: &IntegrationInput<'_>, options: &IntegrationOptions) -> Result<DepthMap, PhotometricError> {
+    options.check()?;
     check(input)?;
     let surface = links::Surface::new(input);
     let (mut log_depth, mut iterations) = (surface.flat(), 0);

@@ -32,6 +32,14 @@ impl Default for NearFieldOptions {
     }
 }
 
+impl NearFieldOptions {
+    fn check(self) -> Result<(), PhotometricError> {
+        let (coupling, reflectance) = (f64::from(self.coupling), f64::from(self.reflectance));
+        PhotometricError::require_within("coupling", coupling, 0.0..=1e9, "0 to 1e9 per square radian")?;
+        PhotometricError::require_within("reflectance", reflectance, 0.0..=1.0, "0 to 1")
+    }
+}
+
 /// Normals of a mask's pixels, as the solver keeps them.
 pub(crate) struct Solved {
     pixels: Pixels,
@@ -49,7 +57,7 @@ pub(crate) struct FirstLook {
 /// surface is, if it is known.
 ///
 /// # Errors
-/// A panel without an image, a mask or depth of another size, more panels than the solver takes.
+/// A panel without an image, a mask or depth of another size, more panels than the solver takes, options out of range.
 pub fn near_field_normals(
     capture: &Capture<'_>,
     mask: &Mask,
@@ -67,6 +75,7 @@ pub(crate) fn solve(
     coarse: Option<&FirstLook>,
     options: NearFieldOptions,
 ) -> Result<Solved, PhotometricError> {
+    options.check()?;
     require_size(capture, "the mask", mask.as_image())?;
     if let Some(depth) = depth {
         require_size(capture, "the depth", depth)?;

@@ -31,6 +31,17 @@ impl Default for ObjectMaskOptions {
     }
 }
 
+impl ObjectMaskOptions {
+    fn check(&self) -> Result<(), PhotometricError> {
+        let within = PhotometricError::require_within;
+        for value in self.mat_centre {
+            within("middle of the mat", value, -10.0..=10.0, "-10 to 10 m")?;
+        }
+        let mut sizes = self.mat_size.into_iter();
+        sizes.try_for_each(|value| within("side of the mat", value, 1e-3..=10.0, "0.001 to 10 m"))
+    }
+}
+
 /// Objects reflect at least this many times what the mat does; the darkest prints reflect 2.5 times as much.
 const OVER_MAT: f32 = 1.9;
 
@@ -40,8 +51,9 @@ const OVER_MAT: f32 = 1.9;
 /// lights is well over the mat's, whose level is that of the darker class of pixels (Otsu 1979).
 ///
 /// # Errors
-/// An image of some panel is missing; rays of another size.
+/// An image of some panel is missing; rays of another size; options out of range.
 pub fn object_mask(capture: &Capture<'_>, options: &ObjectMaskOptions) -> Result<Mask, PhotometricError> {
+    options.check()?;
     capture.view.require_rays(capture.rays)?;
     let reflectances = smoothed(&reflectances(capture, options)?);
     let threshold = split::threshold(reflectances.pixels(), OVER_MAT, brightest_is_bright(capture));
@@ -86,7 +98,7 @@ fn reflectances(capture: &Capture<'_>, options: &ObjectMaskOptions) -> Result<Im
         let level = panel.irradiance(&centre, &Vector3::z());
         image.map(|image| (image.pixels(), (1.0 / level) as f32))
     });
-    let images = images.collect::<Result<Vec<_>, _>>()?;
+    let images = usable(images.collect::<Result<Vec<_>, _>>()?, capture.stack.saturation());
     let (width, height) = (capture.stack.width(), capture.stack.height());
     let dark = capture.stack.dark();
     let mut image = Image::filled(width, height, 0.0_f32);
@@ -111,6 +123,13 @@ fn reflectances(capture: &Capture<'_>, options: &ObjectMaskOptions) -> Result<Im
         }
     });
     Ok(image)
+}
+
+/// A light that saturates most of its image says nothing of what is mat; all of them when none is left.
+fn usable(images: Vec<(&[u16], f32)>, saturation: u16) -> Vec<(&[u16], f32)> {
+    let is_white = |pixels: &[u16]| 2 * pixels.iter().filter(|&&raw| raw >= saturation).count() > pixels.len();
+    let kept: Vec<_> = images.iter().copied().filter(|(pixels, _)| !is_white(pixels)).collect();
+    if kept.is_empty() { images } else { kept }
 }
 
 /// The larger of what is there and what one light says.

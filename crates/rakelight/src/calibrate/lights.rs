@@ -3,13 +3,18 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, anyhow};
-use calibration_files::{LightResidual, LightsFile, MadeWith};
+use calibration_files::{LightResidual, LightsFile, MadeWith, PlacementResidual};
 use clap::Args;
-use photometric::{CalibrationOptions, LightCalibration, LightReport, TargetView, calibrate_lights};
+use photometric::{
+    CalibrationOptions, LightCalibration, LightReport, ObjectMaskOptions, PlacementReport, TargetView, calibrate_lights,
+};
 use recording::Bag;
 
 use crate::captured::{self, Captured};
 use crate::failure::Failure;
+
+/// Parts of the mat along x and y in which placements are counted, some 0.12 m wide.
+const CELLS: [usize; 2] = [4, 5];
 
 #[derive(Args)]
 pub(crate) struct Arguments {
@@ -50,7 +55,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let date = chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
     let residuals = calibration.lights.iter().map(residual).collect();
-    LightsFile::new(&calibration.rig, date, made_with(&captures), residuals).write(&arguments.output)?;
+    let placements = calibration.placements.iter().map(placement).collect();
+    let file = LightsFile::new(&calibration.rig, date, made_with(&captures), residuals);
+    file.with_placements(placements).write(&arguments.output)?;
     println!("written: {}", arguments.output.display());
     Ok(())
 }
@@ -114,6 +121,33 @@ fn residual(light: &LightReport) -> LightResidual {
     }
 }
 
+fn placement(report: &PlacementReport) -> PlacementResidual {
+    PlacementResidual {
+        placement: report.placement.clone(),
+        centre: report.centre,
+        median_sigmas: report.median_sigmas,
+        left_out: report.dropped.clone(),
+    }
+}
+
+/// How many used placements stand in each part of the mat: a line along y for each step along x, away from the arm.
+fn coverage(calibration: &LightCalibration) -> Vec<String> {
+    let counts = calibration.coverage(&ObjectMaskOptions::default(), CELLS);
+    let empty = counts.iter().flatten().filter(|&&count| count == 0).count();
+    let mut lines = vec!["  placements over the mat (down: away from the arm, right: to its left):".to_owned()];
+    lines.extend(counts.iter().map(|row| {
+        let cells: Vec<String> = row.iter().map(usize::to_string).collect();
+        format!("    {}", cells.join(" "))
+    }));
+    let all = CELLS[0] * CELLS[1];
+    if empty > 0 {
+        lines.push(format!(
+            "  {empty} of {all} parts have none: the light there is told by the panels' model alone"
+        ));
+    }
+    lines
+}
+
 /// Placements, then lights, a line each.
 fn report(calibration: &LightCalibration) -> String {
     let mut lines = Vec::new();
@@ -139,6 +173,7 @@ fn report(calibration: &LightCalibration) -> String {
             100.0 * light.rms_share
         ));
     }
+    lines.extend(coverage(calibration));
     lines.push(String::new());
     lines.join("\n")
 }

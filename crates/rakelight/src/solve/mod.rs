@@ -127,16 +127,20 @@ fn solve(captured: &Captured, rig: &LightRig, method: Method) -> Result<ViewSolu
 
 /// A line about a solved view.
 fn summary(captured: &Captured, solution: &NormalSolution, seconds: f64) -> String {
-    let object = solution.mask.count();
-    let pixels = solution.normals.pixels().iter().zip(solution.lights_used.pixels());
-    let known = pixels.clone().filter(|(normal, _)| normal[0].is_finite()).count();
-    let weak = pixels
-        .filter(|(normal, used)| normal[0].is_finite() && **used < 3)
-        .count();
-    format!(
-        "{} {}: {known} normals on {object} object pixels, {weak} of them by fewer than three lights, {:.0} ms",
+    let quality = solution.quality();
+    let mut text = format!(
+        "{} {}: {} normals on {} object pixels, {} of them by fewer than three lights, mean confidence {:.2}, {:.0} ms",
         captured.id,
         captured.camera_name(),
+        quality.normals,
+        solution.mask.count(),
+        quality.few_lights,
+        quality.confidence,
         1e3 * seconds
-    )
+    );
+    if let Some(doubt) = quality.doubt() {
+        text += "\n  DOUBTFUL: ";
+        text += &doubt;
+    }
+    text
 }
