@@ -1,10 +1,11 @@
-//! Surface normals from shading.
+//! Normals, depth edges and depth from shading.
 //!
-//! Brightness of a matte surface under several known lights gives its normal at every pixel. This crate takes exposure
-//! stacks and light models and returns normal maps with diagnostics; it knows no cameras, files or messages. For now it
-//! has distant lights and plain least squares ([`least_squares_normals`]): no shadow test, no near field, no bounced
-//! light. Beside that it tells from a capture whether the panels are in order ([`LightMeasurement`]) and whether the
-//! exposure is right ([`Brightness`]).
+//! Brightness of a matte surface under several known lights gives its normal at every pixel. The model, its equations and
+//! sources, and what each step gains are in this crate's `README.md`.
+//!
+//! [`solve_view`] does all of it for one capture; [`calibrate_lights`] finds the panels that it needs. This crate takes
+//! exposure stacks and light models and returns maps with diagnostics; it knows no cameras, files or messages. Plain least
+//! squares with distant lights are there as well ([`least_squares_normals`]), and tell in a few lines what this is about:
 //!
 //! ```
 //! use imaging::{ExposureStack, Image};

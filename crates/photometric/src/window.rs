@@ -62,13 +62,30 @@ impl Window {
 
     /// Normals at the size of the whole capture.
     pub(crate) fn whole_normals(&self, part: &NormalSolution, mask: &Mask) -> NormalSolution {
+        let ((normals, albedo), ((confidence, residual), (shadows, lights_used))) = rayon::join(
+            || {
+                (
+                    self.whole(&part.normals, [f32::NAN; 3], mask),
+                    self.whole(&part.albedo, f32::NAN, mask),
+                )
+            },
+            || {
+                let confidence = self.whole(&part.confidence, 0.0, mask);
+                let residual = self.whole(&part.residual, f32::NAN, mask);
+                let shadows = self.whole(&part.shadows, 0, mask);
+                (
+                    (confidence, residual),
+                    (shadows, self.whole(&part.lights_used, 0, mask)),
+                )
+            },
+        );
         NormalSolution {
-            normals: self.whole(&part.normals, [f32::NAN; 3], mask),
-            albedo: self.whole(&part.albedo, f32::NAN, mask),
-            confidence: self.whole(&part.confidence, 0.0, mask),
-            residual: self.whole(&part.residual, f32::NAN, mask),
-            shadows: self.whole(&part.shadows, 0, mask),
-            lights_used: self.whole(&part.lights_used, 0, mask),
+            normals,
+            albedo,
+            confidence,
+            residual,
+            shadows,
+            lights_used,
             mask: mask.clone(),
             gain: part.gain,
         }

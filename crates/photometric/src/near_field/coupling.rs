@@ -59,8 +59,9 @@ impl Field {
                     .map(|neighbour| neighbour.unwrap_or(slot) as u32),
             })
         };
+        let inside = pixels.inside.par_iter().enumerate().with_min_len(4096);
         Self {
-            places: pixels.inside.iter().enumerate().filter_map(place).collect(),
+            places: inside.filter_map(place).collect(),
         }
     }
 }

@@ -20,6 +20,9 @@ const AWAY_COST: f32 = 40.0;
 /// Longest step of a fit, radians.
 const LONGEST_STEP: f32 = 0.35;
 
+/// After a shorter step the next one is far below the noise: radians, and of the log albedo.
+const LAST_STEP: f32 = 0.03;
+
 /// One pixel's samples; lanes without a panel, or with a saturated sample, have `valid` 0.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pixel {
@@ -166,6 +169,9 @@ impl Pixel {
             let limited = step * (LONGEST_STEP / step.length().max(LONGEST_STEP));
             normal = (normal + tangent * limited.x + across * limited.y).normalize();
             albedo = (albedo * limited.z.exp()).clamp(1e-3, 1e9);
+            if limited.length_squared() < LAST_STEP * LAST_STEP {
+                break;
+            }
         }
         self.estimate(normal, albedo, prior)
     }

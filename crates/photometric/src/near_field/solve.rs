@@ -159,29 +159,42 @@ impl Solved {
 
     /// As images.
     pub(crate) fn solution(&self, capture: &Capture<'_>, mask: &Mask) -> NormalSolution {
-        let (width, height) = (capture.stack.width(), capture.stack.height());
-        let mut solution = NormalSolution {
-            normals: Image::filled(width, height, [f32::NAN; 3]),
-            albedo: Image::filled(width, height, f32::NAN),
-            confidence: Image::filled(width, height, 0.0),
-            residual: Image::filled(width, height, f32::NAN),
-            shadows: Image::filled(width, height, 0),
-            lights_used: Image::filled(width, height, 0),
+        let ((normals, albedo), ((confidence, residual), (shadows, lights_used))) = rayon::join(
+            || {
+                let normals = self.image(capture, [f32::NAN; 3], |estimate| estimate.normal.to_array());
+                (normals, self.image(capture, f32::NAN, |estimate| estimate.albedo))
+            },
+            || {
+                let confidence = self.image(capture, 0.0, Estimate::confidence);
+                let residual = self.image(capture, f32::NAN, Estimate::residual);
+                let shadows = self.image(capture, 0, |estimate| estimate.shadows);
+                (
+                    (confidence, residual),
+                    (shadows, self.image(capture, 0, |estimate| estimate.used)),
+                )
+            },
+        );
+        NormalSolution {
+            normals,
+            albedo,
+            confidence,
+            residual,
+            shadows,
+            lights_used,
             mask: mask.clone(),
             gain: f64::from(self.gain),
-        };
-        for (&index, estimate) in self.pixels.inside.iter().zip(&self.estimates) {
-            if !estimate.normal.is_finite() {
-                continue;
-            }
-            let index = index as usize;
-            solution.normals.pixels_mut()[index] = estimate.normal.to_array();
-            solution.albedo.pixels_mut()[index] = estimate.albedo;
-            solution.confidence.pixels_mut()[index] = estimate.confidence();
-            solution.residual.pixels_mut()[index] = estimate.residual();
-            solution.shadows.pixels_mut()[index] = estimate.shadows;
-            solution.lights_used.pixels_mut()[index] = estimate.used;
         }
-        solution
+    }
+
+    /// One thing of all pixels that have a normal, and `beyond` elsewhere.
+    fn image<T: Copy>(&self, capture: &Capture<'_>, beyond: T, of: impl Fn(&Estimate) -> T) -> Image<T> {
+        let mut image = Image::filled(capture.stack.width(), capture.stack.height(), beyond);
+        let pixels = image.pixels_mut();
+        for (&index, estimate) in self.pixels.inside.iter().zip(&self.estimates) {
+            if estimate.normal.is_finite() {
+                pixels[index as usize] = of(estimate);
+            }
+        }
+        image
     }
 }
