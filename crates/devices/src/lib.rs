@@ -2,8 +2,8 @@
 //!
 //! Small traits, [`LightBank`], [`Camera`], [`Arm`] with its [`SetPointStream`] and [`Suction`], and the values that pass
 //! through them. Drivers implement them (`light_serial`, `camera_aravis`, `xarm_tcp`); nodes use them and so know neither
-//! serial ports nor GenICam nor the arm's controller. There is no wire
-//! protocol here, no ROS, and no device.
+//! serial ports nor GenICam nor the arm's controller. There is no
+//! wire protocol here, no ROS, and no device.
 //!
 //! Times that drivers report are [`std::time::Instant`]s of this host; what a camera's own clock says is a
 //! [`Duration`](std::time::Duration) since that clock's zero, good for differences only.

@@ -54,7 +54,7 @@ fn requests_are_those_of_the_vendors_client() {
 #[test]
 fn lines_have_a_short_and_a_long_form() {
     let short = MoveLine {
-        pose: [300.0, 0.0, 200.0, 3.14, 0.0, 0.0],
+        pose: [300.0, 0.0, 200.0, 3.1, 0.0, 0.0],
         speed: 100.0,
         acceleration: 2000.0,
         time: 0.0,
