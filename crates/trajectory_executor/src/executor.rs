@@ -1,0 +1,327 @@
+//! Who may move the arm, and when: every motion of the node goes through here.
+
+mod attend;
+mod standing;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use devices::{Arm, ArmCondition, ArmState, JointValues};
+use parking_lot::{Mutex, RwLock};
+use tokio::sync::{oneshot, watch};
+use trajectory::Trajectory;
+
+use crate::error::MotionError;
+use crate::model::Model;
+use crate::servo::{Servo, ServoRemote};
+
+pub(crate) use standing::Standing;
+
+/// A stop from full speed takes less.
+const STOP_TIMEOUT: Duration = Duration::from_secs(3);
+/// A stream is taken over within a period.
+const ENGAGE_TIMEOUT: Duration = Duration::from_secs(1);
+/// Between the set-points and the angles that are measured while the arm is held, radians.
+const HELD_WITHIN: f64 = 0.02;
+
+type Ending = Result<(), MotionError>;
+
+/// What the node needs of a driver beyond the trait.
+pub(crate) trait Dimensions: Send + Sync {
+    /// The arm's own dimensions; none when the nominal ones count.
+    fn read(&self) -> futures::future::BoxFuture<'_, Result<Option<[kinematics::ModifiedDh; 7]>, devices::ArmError>>;
+}
+
+pub(crate) struct Executor {
+    arm: Arc<dyn Arm>,
+    dimensions: Box<dyn Dimensions>,
+    model: RwLock<Arc<Model>>,
+    servo: Mutex<Servo>,
+    remote: ServoRemote,
+    standing: watch::Sender<Standing>,
+    /// Who waits for the trajectory that is followed.
+    waiting: Mutex<Option<(u64, oneshot::Sender<Ending>)>>,
+    engaged: tokio::sync::Notify,
+    /// One recovery at a time.
+    recovering: tokio::sync::Mutex<()>,
+    last_id: AtomicU64,
+    state_timeout: Duration,
+}
+
+/// A motion under way. Dropping it leaves the arm moving.
+pub(crate) struct Running {
+    pub(crate) began: Instant,
+    pub(crate) duration: Duration,
+    ended: oneshot::Receiver<Ending>,
+}
+
+impl Running {
+    /// Waits for the end.
+    pub(crate) async fn ended(&mut self) -> Ending {
+        (&mut self.ended).await.unwrap_or_else(|_| {
+            Err(MotionError::NotReady {
+                reason: "the node is being shut down".into(),
+            })
+        })
+    }
+
+    /// 0 to 1, by time.
+    pub(crate) fn progress(&self) -> f64 {
+        let whole = self.duration.as_secs_f64().max(1e-9);
+        (self.began.elapsed().as_secs_f64() / whole).min(1.0)
+    }
+}
+
+impl Executor {
+    pub(crate) fn new(
+        arm: Arc<dyn Arm>,
+        dimensions: Box<dyn Dimensions>,
+        model: Model,
+        servo: Servo,
+        state_timeout: Duration,
+    ) -> Self {
+        Self {
+            remote: servo.remote(),
+            servo: Mutex::new(servo),
+            arm,
+            dimensions,
+            model: RwLock::new(Arc::new(model)),
+            standing: watch::Sender::new(Standing::Disarmed),
+            waiting: Mutex::new(None),
+            engaged: tokio::sync::Notify::new(),
+            recovering: tokio::sync::Mutex::new(()),
+            last_id: AtomicU64::new(0),
+            state_timeout,
+        }
+    }
+
+    pub(crate) fn standing(&self) -> watch::Receiver<Standing> {
+        self.standing.subscribe()
+    }
+
+    pub(crate) fn arm_state(&self) -> watch::Receiver<ArmState> {
+        self.arm.state()
+    }
+
+    pub(crate) fn model(&self) -> Arc<Model> {
+        Arc::clone(&self.model.read())
+    }
+
+    pub(crate) fn remote(&self) -> &ServoRemote {
+        &self.remote
+    }
+
+    pub(crate) fn realtime_complaint(&self) -> Option<String> {
+        self.servo.lock().realtime().complaint()
+    }
+
+    /// Where the next motion begins: the set-point that is held.
+    pub(crate) fn held_at(&self) -> Result<JointValues, MotionError> {
+        self.standing.borrow().require_ready()?;
+        let commanded = self.remote.commanded().ok_or_else(|| not_ready("it was never armed"))?;
+        let at = commanded.map(|state| state.position);
+        self.require_fresh(&at)?;
+        Ok(at)
+    }
+
+    /// The measured state is new, free of faults, and where the arm was sent.
+    fn require_fresh(&self, at: &JointValues) -> Result<(), MotionError> {
+        let state = self.arm.state();
+        let state = state.borrow();
+        let Some(joints) = state.joints.filter(|joints| joints.received_at.elapsed() < self.state_timeout) else {
+            return Err(not_ready("the controller has reported no joint angles for too long"));
+        };
+        for (index, (commanded, measured)) in at.iter().zip(&joints.angles).enumerate() {
+            if (commanded - measured).abs() > HELD_WITHIN {
+                return Err(MotionError::Elsewhere {
+                    joint: index + 1,
+                    start: *commanded,
+                    stands: *measured,
+                    tolerance: HELD_WITHIN,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks a trajectory and begins it. Everything is looked at first; nothing moves unless all of it is well.
+    pub(crate) fn begin(
+        &self,
+        trajectory: Trajectory<7>,
+        tool_speed: f64,
+        start_tolerance: f64,
+    ) -> Result<Running, MotionError> {
+        let at = self.held_at()?;
+        let model = self.model();
+        require_start(&trajectory, &at, start_tolerance)?;
+        trajectory.require_rest()?;
+        model.planner(tool_speed)?.check(&trajectory)?;
+        model.require_free(&trajectory)?;
+        self.start(trajectory)
+    }
+
+    fn start(&self, trajectory: Trajectory<7>) -> Result<Running, MotionError> {
+        let id = self.last_id.fetch_add(1, Ordering::Relaxed) + 1;
+        let duration = Duration::from_secs_f64(trajectory.duration());
+        let (ends, ended) = oneshot::channel();
+        let mut waiting = self.waiting.lock();
+        let mut refusal = None;
+        self.standing.send_if_modified(|standing| {
+            refusal = standing.require_ready().err();
+            if refusal.is_none() {
+                *standing = Standing::Moving;
+            }
+            refusal.is_none()
+        });
+        if let Some(refusal) = refusal {
+            return Err(refusal);
+        }
+        *waiting = Some((id, ends));
+        drop(waiting);
+        if !self.servo.lock().follow(id, Box::new(trajectory)) {
+            self.end(id, Err(not_ready("the servo loop takes no commands")));
+        }
+        Ok(Running {
+            began: Instant::now(),
+            duration,
+            ended,
+        })
+    }
+
+    /// Decelerates what is under way, without more: the arm is ready again when it rests.
+    pub(crate) fn cancel(&self) {
+        self.standing.send_if_modified(|standing| {
+            let moves = *standing == Standing::Moving;
+            if moves {
+                *standing = Standing::Stopping { latched: None };
+            }
+            moves
+        });
+        self.remote.stop();
+    }
+
+    /// Decelerates, and refuses motions until somebody calls `recover`.
+    pub(crate) async fn stop(&self, reason: &str) -> Result<(), MotionError> {
+        self.remote.stop();
+        let mut is_moving = false;
+        self.standing.send_if_modified(|standing| {
+            is_moving = standing.is_moving();
+            let stopped = standing.stopped(reason);
+            let is_new = *standing != stopped;
+            *standing = stopped;
+            is_new
+        });
+        if !is_moving {
+            return self.stop_by_controller_if_loose().await;
+        }
+        let mut standing = self.standing.subscribe();
+        let rests = standing.wait_for(|standing| !standing.is_moving());
+        if tokio::time::timeout(STOP_TIMEOUT, rests).await.is_ok() {
+            return Ok(());
+        }
+        tracing::error!("the servo loop did not stop the arm; its controller is asked to");
+        Ok(self.arm.stop().await?)
+    }
+
+    /// An arm that this node does not hold may be moved by somebody else.
+    async fn stop_by_controller_if_loose(&self) -> Result<(), MotionError> {
+        let is_held = matches!(*self.standing.borrow(), Standing::Stopped { .. });
+        if is_held && self.arm.state().borrow().condition != ArmCondition::Moving {
+            return Ok(());
+        }
+        Ok(self.arm.stop().await?)
+    }
+
+    /// From whatever it is to ready, or why not. The caller has looked at the arm.
+    pub(crate) async fn recover(&self, home: &JointValues, base: &str) -> Result<(), MotionError> {
+        let _alone = self.recovering.lock().await;
+        if self.standing.borrow().is_moving() {
+            return Err(MotionError::Busy);
+        }
+        if self.resume() {
+            return Ok(());
+        }
+        self.remote.forbid();
+        let _ = self.servo.lock().release();
+        self.standing.send_replace(Standing::Disarmed);
+        self.arm.recover(true).await?;
+        self.take_dimensions(home, base).await?;
+        self.engage().await
+    }
+
+    /// An arm that was stopped and is held has nothing to recover from.
+    fn resume(&self) -> bool {
+        let is_armed = matches!(
+            self.arm.state().borrow().condition,
+            ArmCondition::Armed | ArmCondition::Moving
+        );
+        self.standing.send_if_modified(|standing| {
+            let resumes = is_armed && matches!(standing, Standing::Stopped { .. } | Standing::Ready);
+            if resumes {
+                *standing = Standing::Ready;
+            }
+            resumes
+        })
+    }
+
+    async fn take_dimensions(&self, home: &JointValues, base: &str) -> Result<(), MotionError> {
+        let Some(rows) = self.dimensions.read().await? else {
+            return Ok(());
+        };
+        let model = self.model().with_dimensions(base, &rows, home)?;
+        *self.model.write() = Arc::new(model);
+        Ok(())
+    }
+
+    /// Switches the arm on and holds it where it stands.
+    async fn engage(&self) -> Result<(), MotionError> {
+        let stream = self.arm.arm().await?;
+        let at = self.measured()?;
+        let engaged = self.engaged.notified();
+        if !self.servo.lock().engage(stream, at) {
+            return Err(not_ready("the servo loop takes no commands"));
+        }
+        match tokio::time::timeout(ENGAGE_TIMEOUT, engaged).await {
+            Ok(()) if *self.standing.borrow() == Standing::Ready => Ok(()),
+            Ok(()) => Err(self.standing.borrow().require_ready().err().unwrap_or(MotionError::Busy)),
+            Err(_) => Err(not_ready("the servo loop did not take the arm over")),
+        }
+    }
+
+    fn measured(&self) -> Result<JointValues, MotionError> {
+        let state = self.arm.state();
+        let state = state.borrow();
+        let fresh = state.joints.filter(|joints| joints.received_at.elapsed() < self.state_timeout);
+        fresh
+            .map(|joints| joints.angles)
+            .ok_or_else(|| not_ready("the controller has reported no joint angles for too long"))
+    }
+
+    /// Tells whoever waits for the trajectory.
+    fn end(&self, id: u64, ending: Ending) {
+        let mut waiting = self.waiting.lock();
+        if let Some((_, ends)) = waiting.take_if(|(waiting, _)| *waiting == id) {
+            // Nobody may wait any more.
+            let _ = ends.send(ending);
+        }
+    }
+}
+
+fn require_start(trajectory: &Trajectory<7>, at: &JointValues, tolerance: f64) -> Result<(), MotionError> {
+    for (index, (start, stands)) in trajectory.start().iter().zip(at).enumerate() {
+        if (start.position - stands).abs() > tolerance {
+            return Err(MotionError::Elsewhere {
+                joint: index + 1,
+                start: start.position,
+                stands: *stands,
+                tolerance,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn not_ready(reason: &str) -> MotionError {
+    MotionError::NotReady { reason: reason.into() }
+}
