@@ -15,15 +15,29 @@
 //! # Ok::<(), trajectory::TrajectoryError>(())
 //! ```
 
+mod blend;
 mod error;
+mod guard;
 mod limits;
 mod motion;
+mod planner;
+mod points;
 mod quintic;
 mod roots;
+mod schedule;
+mod segment;
 mod stop;
+mod tool_speed;
+mod trajectory;
 
 pub use error::TrajectoryError;
-pub use limits::JointLimits;
+pub use guard::{GuardFault, SetPointGuard};
+pub use limits::{JointLimits, TrajectoryLimits};
 pub use motion::Motion;
+pub use planner::{Planner, Snapshot};
+pub use points::TimedPoint;
 pub use quintic::{Extremes, Quintic, State};
+pub use segment::Segment;
 pub use stop::Stop;
+pub use tool_speed::ToolSpeed;
+pub use trajectory::Trajectory;

@@ -1,6 +1,7 @@
 //! One joint's polynomial of fifth degree.
 
-use crate::roots::{roots, value};
+use crate::error::TrajectoryError;
+use crate::roots::{Few, roots, value};
 
 /// Position, speed and acceleration of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -43,6 +44,18 @@ impl State {
             ..Self::default()
         }
     }
+
+    pub(crate) fn require_finite(&self, joint: usize) -> Result<(), TrajectoryError> {
+        let numbers = [
+            ("position", self.position),
+            ("velocity", self.velocity),
+            ("acceleration", self.acceleration),
+        ];
+        match numbers.into_iter().find(|(_, value)| !value.is_finite()) {
+            None => Ok(()),
+            Some((what, value)) => Err(TrajectoryError::NotFinite { joint, what, value }),
+        }
+    }
 }
 
 impl Quintic {
@@ -83,26 +96,60 @@ impl Quintic {
         }
     }
 
+    /// Jerk at a time, per second cubed; before the begin and after the end that at the begin and the end.
+    pub fn jerk_at(&self, time: f64) -> f64 {
+        value(&self.jerk(), time.clamp(0.0, self.duration))
+    }
+
+    /// The same way in `factor` times the time, more than 0.
+    #[must_use]
+    pub fn slowed(&self, factor: f64) -> Self {
+        let mut power = 1.0;
+        Self {
+            coefficients: self.coefficients.map(|coefficient| {
+                let slowed = coefficient / power;
+                power *= factor;
+                slowed
+            }),
+            duration: self.duration * factor,
+        }
+    }
+
     /// Over the whole duration, between samples as well: at the ends and where the next derivative is 0.
     pub fn extremes(&self) -> Extremes {
         let (velocity, acceleration, jerk) = (self.velocity(), self.acceleration(), self.jerk());
         let snap = derivative::<3, 2>(&jerk);
         let end = self.duration;
-        let largest = |of: &[f64], turns: &[f64]| {
+        let jerk_turns = roots(&snap, &Few::default(), end);
+        let acceleration_turns = roots(&jerk, &jerk_turns, end);
+        let velocity_turns = roots(&acceleration, &acceleration_turns, end);
+        let position_turns = roots(&velocity, &velocity_turns, end);
+        let largest = |of: &[f64], turns: &Few| {
             let at = |time: &f64| value(of, *time).abs();
-            turns.iter().chain(&[0.0, end]).map(at).fold(0.0, f64::max)
+            turns.as_slice().iter().chain(&[0.0, end]).map(at).fold(0.0, f64::max)
         };
-        let (turns, ends) = (roots(&velocity, end), [0.0, end]);
-        let times = turns.as_slice().iter().chain(&ends);
+        let ends = [0.0, end];
+        let times = position_turns.as_slice().iter().chain(&ends);
         let positions = times.map(|time| value(&self.coefficients, *time));
         Extremes {
             position: positions.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], position| {
                 [least.min(position), most.max(position)]
             }),
-            velocity: largest(&velocity, roots(&acceleration, end).as_slice()),
-            acceleration: largest(&acceleration, roots(&jerk, end).as_slice()),
-            jerk: largest(&jerk, roots(&snap, end).as_slice()),
+            velocity: largest(&velocity, &velocity_turns),
+            acceleration: largest(&acceleration, &acceleration_turns),
+            jerk: largest(&jerk, &jerk_turns),
         }
+    }
+
+    /// Largest jerk between two times, either way.
+    pub(crate) fn largest_jerk(&self, from: f64, to: f64) -> f64 {
+        let jerk = self.jerk();
+        let turn = -jerk[1] / (2.0 * jerk[2]);
+        let turn = if (from..=to).contains(&turn) { turn } else { from };
+        [from, turn, to]
+            .map(|time| value(&jerk, time).abs())
+            .into_iter()
+            .fold(0.0, f64::max)
     }
 
     fn velocity(&self) -> [f64; 5] {

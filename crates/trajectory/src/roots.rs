@@ -1,28 +1,23 @@
 //! Real roots of polynomials of up to fourth degree in an interval.
 //!
-//! Between two neighbouring extremes a polynomial has at most one root, so that its derivative's roots, found the same
-//! way, part the interval into pieces for bisection: no case distinctions, and nothing is missed.
+//! Between two neighbouring extremes a polynomial has at most one root, so that its derivative's roots part the interval
+//! into pieces for a bracketed search: no case distinctions, and nothing is missed.
 
-/// Halvings of a bisection: more than a double has bits.
-const HALVINGS: usize = 64;
-/// Most roots of a quartic, and the ends of its pieces.
-const MOST: usize = 6;
+/// Most steps of a search; some ten are needed.
+const MOST_STEPS: usize = 64;
+/// Share of the interval to which roots are found.
+const SHARE: f64 = 1e-14;
+/// Most roots of a quartic.
+const MOST: usize = 4;
 
 /// A few numbers, ascending.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Few {
     values: [f64; MOST],
     count: usize,
 }
 
 impl Few {
-    fn new() -> Self {
-        Self {
-            values: [0.0; MOST],
-            count: 0,
-        }
-    }
-
     fn push(&mut self, value: f64) {
         if self.count < MOST {
             self.values[self.count] = value;
@@ -35,26 +30,13 @@ impl Few {
     }
 }
 
-/// Roots in `0..=end` of the polynomial with these coefficients, constant first. A double root, which only touches 0, may
-/// be left out: the polynomial does not change its sign there.
-pub(crate) fn roots<const N: usize>(coefficients: &[f64; N], end: f64) -> Few {
-    within(coefficients, end)
-}
-
-fn within(coefficients: &[f64], end: f64) -> Few {
-    let mut roots = Few::new();
-    let degree = coefficients.len().saturating_sub(1);
-    if degree == 0 {
-        return roots;
-    }
-    let mut derivative = [0.0; MOST];
-    for (power, slot) in derivative.iter_mut().take(degree).enumerate() {
-        *slot = (power + 1) as f64 * coefficients[power + 1];
-    }
-    let turns = within(&derivative[..degree], end);
+/// Roots in `0..=end` of the polynomial with these coefficients, constant first, given those of its derivative. A double
+/// root, which only touches 0, may be left out: the polynomial does not change its sign there.
+pub(crate) fn roots(coefficients: &[f64], turns: &Few, end: f64) -> Few {
+    let mut roots = Few::default();
     let mut from = 0.0;
-    for &to in turns.as_slice().iter().chain([&end]) {
-        if let Some(root) = between(coefficients, from, to) {
+    for &to in turns.as_slice().iter().chain(&[end]) {
+        if let Some(root) = between(coefficients, from, to, SHARE * end) {
             roots.push(root);
         }
         from = to;
@@ -62,20 +44,36 @@ fn within(coefficients: &[f64], end: f64) -> Few {
     roots
 }
 
-/// The root in a piece in which the polynomial only rises or only falls; none when it keeps its sign.
-fn between(coefficients: &[f64], from: f64, to: f64) -> Option<f64> {
-    let is_negative = |at: f64| value(coefficients, at) < 0.0;
+/// The root in a piece in which the polynomial only rises or only falls; none when it keeps its sign. False position in
+/// the Illinois form: the end that stays counts half the next time.
+fn between(coefficients: &[f64], from: f64, to: f64, precision: f64) -> Option<f64> {
     let (mut low, mut high) = (from, to);
-    let starts_negative = is_negative(low);
-    if starts_negative == is_negative(high) {
+    let (mut at_low, mut at_high) = (value(coefficients, low), value(coefficients, high));
+    if (at_low < 0.0) == (at_high < 0.0) {
         return None;
     }
-    for _ in 0..HALVINGS {
-        let middle = f64::midpoint(low, high);
-        if is_negative(middle) == starts_negative {
-            low = middle;
+    let mut kept = 0.0_f64;
+    for step in 0..MOST_STEPS {
+        if high - low <= precision {
+            break;
+        }
+        let guess = if step % 8 == 7 {
+            f64::midpoint(low, high)
         } else {
-            high = middle;
+            (low - at_low * (high - low) / (at_high - at_low)).clamp(low, high)
+        };
+        let found = value(coefficients, guess);
+        if found == 0.0 {
+            return Some(guess);
+        }
+        if (found < 0.0) == (at_low < 0.0) {
+            (low, at_low) = (guess, found);
+            at_high *= if kept > 0.0 { 0.5 } else { 1.0 };
+            kept = 1.0;
+        } else {
+            (high, at_high) = (guess, found);
+            at_low *= if kept < 0.0 { 0.5 } else { 1.0 };
+            kept = -1.0;
         }
     }
     Some(f64::midpoint(low, high))
@@ -93,10 +91,19 @@ pub(crate) fn value(coefficients: &[f64], at: f64) -> f64 {
 mod tests {
     use super::*;
 
+    fn all(coefficients: &[f64], end: f64) -> Few {
+        if coefficients.len() < 2 {
+            return Few::default();
+        }
+        let powers = coefficients.iter().enumerate().skip(1);
+        let derivative: Vec<f64> = powers.map(|(power, by)| power as f64 * by).collect();
+        roots(coefficients, &all(&derivative, end), end)
+    }
+
     #[test]
     fn all_four_roots_of_a_quartic_are_found() {
         // (x - 0.1)(x - 0.4)(x - 0.5)(x - 0.9)
-        let found = roots(&[0.018, -0.281, 1.19, -1.9, 1.0], 1.0);
+        let found = all(&[0.018, -0.281, 1.19, -1.9, 1.0], 1.0);
         let wanted = [0.1, 0.4, 0.5, 0.9];
         let off: Vec<f64> = found
             .as_slice()
@@ -110,7 +117,7 @@ mod tests {
 
     #[test]
     fn constants_and_roots_beyond_the_end_give_none() {
-        assert!(roots(&[1.0, 0.0, 0.0], 1.0).as_slice().is_empty());
-        assert!(roots(&[-2.0, 1.0], 1.0).as_slice().is_empty());
+        assert!(all(&[1.0, 0.0, 0.0], 1.0).as_slice().is_empty());
+        assert!(all(&[-2.0, 1.0], 1.0).as_slice().is_empty());
     }
 }

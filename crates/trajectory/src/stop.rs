@@ -33,7 +33,7 @@ impl<const N: usize> Stop<N> {
         let mut joints = [[Part::default(); 3]; N];
         for (index, (parts, (state, limits))) in joints.iter_mut().zip(states.iter().zip(limits)).enumerate() {
             limits.check(index + 1)?;
-            require_finite(index + 1, state)?;
+            state.require_finite(index + 1)?;
             *parts = brake(state, limits);
         }
         Ok(Self {
@@ -63,18 +63,6 @@ impl<const N: usize> Stop<N> {
         let is_out = |(position, limits): (f64, &JointLimits)| !(limits.lower..=limits.upper).contains(&position);
         let out = self.rest().into_iter().zip(limits).position(is_out)?;
         Some(out + 1)
-    }
-}
-
-fn require_finite(joint: usize, state: &State) -> Result<(), TrajectoryError> {
-    let numbers = [
-        ("position", state.position),
-        ("velocity", state.velocity),
-        ("acceleration", state.acceleration),
-    ];
-    match numbers.into_iter().find(|(_, value)| !value.is_finite()) {
-        None => Ok(()),
-        Some((what, value)) => Err(TrajectoryError::NotFinite { joint, what, value }),
     }
 }
 
