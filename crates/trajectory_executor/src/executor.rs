@@ -289,6 +289,11 @@ impl Executor {
         }
     }
 
+    /// Where a motion would begin: for plans that are not executed.
+    pub(crate) fn measured_or_held(&self) -> Result<JointValues, MotionError> {
+        self.held_at().or_else(|_| self.measured())
+    }
+
     fn measured(&self) -> Result<JointValues, MotionError> {
         let state = self.arm.state();
         let state = state.borrow();

@@ -47,3 +47,106 @@ pub const NAME: &str = "trajectory_executor";
 
 /// How long an arm that is armed at the start may take to answer.
 const FIRST_CONTACT: Duration = Duration::from_secs(30);
+
+/// Serves the arm until the node is shut down; the arm is then held by its own controller.
+pub async fn run(node: Node) -> Result<(), Error> {
+    let parameters = Arc::new(Parameters::declare(&node)?);
+    let arm = Arc::new(XArm::open(driver_config(&parameters)));
+    let executor = Arc::new(executor(&parameters, &arm)?);
+    let desk = Arc::new(Desk {
+        executor: Arc::clone(&executor),
+        suction: Arc::<XArm>::clone(&arm),
+        parameters: Arc::clone(&parameters),
+    });
+    let mut tasks = JoinSet::new();
+    tasks.spawn(Arc::clone(&executor).attend_servo().in_current_span());
+    tasks.spawn(Arc::clone(&executor).attend_arm().in_current_span());
+    Publishers::new(&node, &parameters, Arc::clone(&executor), Arc::<XArm>::clone(&arm))?.spawn_into(&mut tasks);
+    Services::new(&node, Arc::clone(&desk))?.spawn_into(&mut tasks);
+    tasks.spawn(MoveTool::new(&node, Arc::clone(&desk))?.serve().in_current_span());
+    tasks.spawn(Follow::new(&node, Arc::clone(&desk))?.serve().in_current_span());
+    if parameters.arm_at_start {
+        tasks.spawn(arm_when_there(Arc::clone(&desk)).in_current_span());
+    }
+    diagnostics::register(node.diagnostics(), &parameters.host, &executor);
+    if let Some(complaint) = executor.realtime_complaint() {
+        tracing::warn!(complaint, "the servo loop may be late");
+    }
+    tracing::info!(host = parameters.host, "ready");
+    node.stop_token().cancelled().await;
+    for part in diagnostics::PARTS {
+        node.diagnostics().unregister(part);
+    }
+    close(tasks, executor, desk, arm).await;
+    Ok(())
+}
+
+fn driver_config(parameters: &Parameters) -> xarm_tcp::XArmConfig {
+    xarm_tcp::XArmConfig {
+        control_port: parameters.control_port,
+        real_time_report_port: parameters.real_time_port,
+        rich_report_port: parameters.rich_port,
+        vacuum: xarm_tcp::VacuumHardware::of_version(parameters.vacuum_hardware).unwrap_or_default(),
+        ..xarm_tcp::XArmConfig::new(&parameters.host)
+    }
+}
+
+fn executor(parameters: &Parameters, arm: &Arc<XArm>) -> Result<Executor, Error> {
+    let home = parameters.home()?;
+    let model = Model::load(parameters, &home)?;
+    let guard = model.guard(&home).map_err(|error| Error::Value {
+        name: "home",
+        reason: error.to_string(),
+    })?;
+    let config = ServoConfig {
+        guard,
+        stop_limits: model.limits.joints,
+        watchdog: Duration::from_secs_f64(parameters.watchdog),
+        priority: parameters.priority,
+    };
+    Ok(Executor::new(
+        Arc::<XArm>::clone(arm),
+        dimensions(parameters, arm),
+        model,
+        Servo::start(config)?,
+        Duration::from_secs_f64(parameters.state_timeout),
+    ))
+}
+
+/// What `recover` does, once the arm has answered; an arm that needs a person is left as it is.
+async fn arm_when_there(desk: Arc<Desk>) {
+    let mut state = desk.executor.arm_state();
+    let there = state.wait_for(|state| state.joints.is_some());
+    match tokio::time::timeout(FIRST_CONTACT, there).await {
+        Ok(Ok(_)) => {}
+        Ok(Err(_)) => return,
+        Err(_) => {
+            tracing::warn!("the arm is not armed: it has not answered for {FIRST_CONTACT:?}; `recover` arms it");
+            return;
+        }
+    }
+    let state = desk.executor.arm_state().borrow().condition.clone();
+    if let devices::ArmCondition::Fault(fault) = state {
+        tracing::warn!(code = fault.code, fault.description, "the arm is not armed: it has a fault; `recover` clears it");
+        return;
+    }
+    match desk.recover().await {
+        Ok(message) => tracing::info!("{message}"),
+        Err(error) => tracing::warn!(%error, "the arm is not armed; `recover` arms it"),
+    }
+}
+
+/// A motion is decelerated first; then the stream ends.
+async fn close(mut tasks: JoinSet<()>, executor: Arc<Executor>, desk: Arc<Desk>, arm: Arc<XArm>) {
+    if executor.standing().borrow().is_moving() {
+        if let Err(error) = executor.stop("the node is being shut down").await {
+            tracing::warn!(%error, "the arm was not stopped at the end");
+        }
+    }
+    tasks.shutdown().await;
+    drop((desk, executor));
+    // Somebody may still be looking at it; the connections are closed with the last handle.
+    if let Some(arm) = Arc::into_inner(arm) {
+        arm.close().await;
+    }
+}

@@ -2,6 +2,8 @@
 
 import inspect
 
+import control_msgs.action
+import control_msgs.msg
 import rakelight_msgs.action
 import rakelight_msgs.msg
 import rakelight_msgs.srv
@@ -11,7 +13,8 @@ from rclpy.type_support import check_for_type_support
 
 interfaces = [
     interface
-    for module in (rakelight_msgs.msg, rakelight_msgs.srv, rakelight_msgs.action, tf2_msgs.msg)
+    for module in (rakelight_msgs.msg, rakelight_msgs.srv, rakelight_msgs.action, tf2_msgs.msg,
+                   control_msgs.msg, control_msgs.action)
     for _, interface in inspect.getmembers(module, inspect.isclass)
 ]
 for interface in interfaces:

@@ -1,4 +1,5 @@
-//! The interface packages that no wheel has, built for the Python environment: ours, and the message of `/tf`.
+//! The interface packages that no wheel has, built for the Python environment: ours, the message of `/tf`, and the action
+//! that follows joint trajectories.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,10 +11,11 @@ use super::{python, ros_environment, run_shown};
 use crate::repository::Repository;
 use crate::stamp::Fingerprint;
 
-fn packages(repository: &Repository) -> [PathBuf; 2] {
+fn packages(repository: &Repository) -> [PathBuf; 3] {
     [
         repository.root().join("msgs/rakelight_msgs"),
         repository.python_sources().join("tf2_msgs"),
+        repository.python_sources().join("control_msgs"),
     ]
 }
 
@@ -35,6 +37,7 @@ fn fingerprint(repository: &Repository) -> Result<Fingerprint> {
         .try_fold(python::fingerprint(repository)?, |fingerprint, package| {
             fingerprint.with_tree(package)
         })?
+        .with_tree(&repository.root().join("crates/interfaces/standard/control_msgs"))?
         .with_file(&check_script(repository))
 }
 
