@@ -87,6 +87,12 @@ impl<const N: usize> ArmModel<N> {
         self.links.iter().map(|link| link.name.as_str())
     }
 
+    /// A link's shapes, in the frame of the joint that carries it; none if it has none.
+    pub fn shapes(&self, link: &str) -> Option<&[Shape]> {
+        let found = self.links.iter().find(|known| known.name == link);
+        found.map(|link| link.shapes.as_slice())
+    }
+
     /// The pairs of links that are looked at.
     pub fn pairs(&self) -> impl Iterator<Item = [&str; 2]> {
         self.pairs

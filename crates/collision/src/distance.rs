@@ -15,6 +15,27 @@ pub(crate) struct Placed<'a> {
     pub(crate) base_from_frame: &'a Pose,
 }
 
+impl Shape {
+    /// Signed distance to a shape in the same frame, or `bound` (metres) if it is not below that. Negative is the
+    /// shortest way out; of surfaces of triangles, out of the deepest triangle.
+    pub fn distance(&self, other: &Self, bound: f64) -> f64 {
+        self.unmoved().distance(&other.unmoved(), bound)
+    }
+
+    /// Signed distance to the nearest or deepest point of a cloud in the same frame, or `bound` (metres) if it is not
+    /// below that.
+    pub fn distance_to_cloud(&self, cloud: &PointCloud, bound: f64) -> f64 {
+        self.unmoved().distance_to_cloud(cloud, bound)
+    }
+
+    pub(crate) fn unmoved(&self) -> Placed<'_> {
+        Placed {
+            shape: self,
+            base_from_frame: &Pose::IDENTITY,
+        }
+    }
+}
+
 impl Placed<'_> {
     pub(crate) fn centre(&self) -> Vector {
         self.base_from_frame.transform_point(self.shape.ball.centre)

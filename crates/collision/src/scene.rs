@@ -10,7 +10,7 @@ use crate::arm::{Frames, Part};
 use crate::cloud::PointCloud;
 use crate::distance::Placed;
 use crate::error::{CollisionError, require, require_finite, require_length};
-use crate::maths::{Pose, Vector, pose};
+use crate::maths::{Vector, pose};
 use crate::shape::{Ball, Shape};
 use crate::urdf::{Carrier, Cylinders, collision_shapes, support};
 
@@ -210,11 +210,7 @@ impl Obstacle {
                     return bound;
                 }
                 shapes.iter().fold(bound, |best, shape| {
-                    let shape = Placed {
-                        shape,
-                        base_from_frame: &Pose::IDENTITY,
-                    };
-                    distance_to_shape(&shape, part, &ball, frames, best)
+                    distance_to_shape(&shape.unmoved(), part, &ball, frames, best)
                 })
             }
             &Body::HalfSpace { normal, offset } => {

@@ -5,6 +5,9 @@ use crate::maths::Vector;
 /// Below this share of a segment's squared length two directions count as parallel.
 const PARALLEL: f64 = 1e-12;
 
+/// A segment this near to a box touches it: rounding can tell no better. Metres.
+const TOUCH: f64 = 1e-9;
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Segment {
     pub(crate) from: Vector,
@@ -52,7 +55,7 @@ impl Segment {
     /// To a box around the origin; inside it the negative way out.
     pub(crate) fn signed_distance_to_box(&self, half: Vector) -> f64 {
         let outside = self.distance_to_box(half);
-        if outside > 0.0 { outside } else { -self.way_out(half) }
+        if outside > TOUCH { outside } else { -self.way_out(half) }
     }
 
     /// The squared distance of a point on the way is convex and its slope piecewise linear, so Newton's method finds the
