@@ -43,6 +43,13 @@ pub struct Chain<const N: usize> {
     last_from_tip: Isometry3<f64>,
 }
 
+impl Joint {
+    /// What it turns about, in its own frame.
+    pub fn axis(&self) -> Unit<Vector3<f64>> {
+        self.axis
+    }
+}
+
 impl<const N: usize> Chain<N> {
     pub(crate) fn new(joints: [Joint; N], last_from_tip: Isometry3<f64>) -> Self {
         Self { joints, last_from_tip }
