@@ -23,6 +23,8 @@ const LEAST_PIECES: usize = 3;
 const MOST_HALVINGS: usize = 4;
 /// Places between two computed ones at which the tool is compared with the line.
 const PROBES: usize = 6;
+/// Pushes away from joint limits, radians per metre: the next one when a limit is reached in spite of the one before.
+const PUSHES: [f64; 3] = [6.0, 30.0, 120.0];
 /// Lines shorter than this are none, metres.
 const NOWHERE: f64 = 1e-9;
 
@@ -142,13 +144,23 @@ impl<const N: usize> Planner<N> {
         LinePlan::joined(stopping.to_vec())
     }
 
+    /// With the gentlest push away from joint limits that keeps them; the error is that of the gentlest one.
+    fn fitted(&self, start: &SVector<f64, N>, path: &ToolPath) -> Result<LinePlan<N>, TrajectoryError> {
+        let gentle = self.pushed(start, path, PUSHES[0]);
+        if !matches!(gentle, Err(TrajectoryError::LimitOnLine { .. })) {
+            return gentle;
+        }
+        let mut harder = PUSHES[1..].iter().map(|push| self.pushed(start, path, *push));
+        harder.find(Result::is_ok).unwrap_or(gentle)
+    }
+
     /// Joint angles along a path, at narrower places until the tool is near enough to it everywhere, then as fast as
     /// limits allow.
-    fn fitted(&self, start: &SVector<f64, N>, path: &ToolPath) -> Result<LinePlan<N>, TrajectoryError> {
+    fn pushed(&self, start: &SVector<f64, N>, path: &ToolPath, push: f64) -> Result<LinePlan<N>, TrajectoryError> {
         let mut spacing = SPACING;
         let mut off = PathError::default();
         for _ in 0..=MOST_HALVINGS {
-            let trajectory = self.tracked(start, path, spacing)?;
+            let trajectory = self.tracked(start, path, spacing, push)?;
             off = self.path_error(&trajectory, path)?;
             if off.share() <= 1.0 {
                 let trajectory = self.retimed(&trajectory)?;
@@ -178,11 +190,13 @@ impl<const N: usize> Planner<N> {
         start: &SVector<f64, N>,
         path: &ToolPath,
         spacing: f64,
+        push: f64,
     ) -> Result<Trajectory<N>, TrajectoryError> {
         let tracker = Tracker {
             chain: &self.chain,
             limits: &self.limits,
             path,
+            push,
         };
         let (mut angles, mut before) = (*start, tracker.states(start, 0.0)?);
         let mut segments = Vec::new();

@@ -24,8 +24,6 @@ const MOST_CORRECTIONS: usize = 12;
 const LONGEST_STEP: f64 = 0.25;
 /// Halvings of a step before it is given up.
 const MOST_HALVINGS: usize = 4;
-/// Push away from limits, radians per metre: nothing in the middle, this at the end of the range.
-const PUSH: f64 = 6.0;
 /// Power of the share of the half range with which the push grows.
 const PUSH_POWER: i32 = 7;
 /// Change of the angles over which derivatives are taken, radians.
@@ -38,6 +36,8 @@ pub(crate) struct Tracker<'a, const N: usize> {
     pub(crate) chain: &'a Chain<N>,
     pub(crate) limits: &'a TrajectoryLimits<N>,
     pub(crate) path: &'a ToolPath<'a>,
+    /// Away from limits, radians per metre of the tool's way: nothing in the middle, this at the end of the range.
+    pub(crate) push: f64,
 }
 
 /// Why a step was not taken.
@@ -119,7 +119,7 @@ impl<const N: usize> Tracker<'_, N> {
                 f64::midpoint(limits.lower, limits.upper),
                 (limits.upper - limits.lower) / 2.0,
             );
-            -PUSH * motion.progress * ((angles[joint] - middle) / half).powi(PUSH_POWER)
+            -self.push * motion.progress * ((angles[joint] - middle) / half).powi(PUSH_POWER)
         });
         // J⁺ v + (I - J⁺ J) z = z + J⁺ (v - J z)
         Ok(push + inverse_times(&jacobian, &(motion.twist - jacobian * push)))

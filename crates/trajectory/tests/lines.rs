@@ -73,18 +73,34 @@ fn the_tool_goes_straight_down_and_up_again() {
     }
 }
 
+/// The pose moved and turned at random, each number by at most so much.
+fn moved_at_random(random: &mut Rng, start: &RigidTransform, shift: f64, turn: f64) -> RigidTransform {
+    let mut number = || 2.0 * random.f64() - 1.0;
+    let turn = UnitQuaternion::from_scaled_axis(turn * Vector3::new(number(), number(), number()));
+    let shift = shift * Vector3::new(number(), number(), number());
+    RigidTransform::from_parts(start.translation() + shift, turn * start.rotation())
+}
+
 #[test]
-fn random_lines_that_the_arm_can_follow_keep_all_limits() {
+fn lines_where_the_arm_works_are_all_followed() {
+    let mut random = Rng::with_seed(30);
+    for case in 0..200 {
+        let planner = planner([0.25, 1.0][case % 2]);
+        let from = HOME.map(|angle| angle + 0.6 * (random.f64() - 0.5));
+        let to = moved_at_random(&mut random, &pose(&planner, &from), 0.12, 0.2);
+        let plan = planner.line(&from, &to).unwrap();
+        assert_line(&planner, &plan, &from, &to, 8.0 * STEP);
+    }
+}
+
+#[test]
+fn lines_from_anywhere_keep_all_limits_or_are_refused_with_their_place() {
     let mut random = Rng::with_seed(31);
-    let (mut followed, mut refused) = (0, 0);
+    let mut followed = 0;
     for case in 0..300 {
         let planner = planner([0.25, 1.0][case % 2]);
         let from = random_angles(&mut random, &planner);
-        let start = pose(&planner, &from);
-        let mut number = || 2.0 * random.f64() - 1.0;
-        let turn = UnitQuaternion::from_scaled_axis(0.5 * Vector3::new(number(), number(), number()));
-        let shift = 0.2 * Vector3::new(number(), number(), number());
-        let to = RigidTransform::from_parts(start.translation() + shift, turn * start.rotation());
+        let to = moved_at_random(&mut random, &pose(&planner, &from), 0.2, 0.5);
         match planner.line(&from, &to) {
             Ok(plan) => {
                 followed += 1;
@@ -96,17 +112,17 @@ fn random_lines_that_the_arm_can_follow_keep_all_limits() {
                     if case % 10 == 0 { STEP } else { 8.0 * STEP },
                 );
             }
-            Err(TrajectoryError::Unreachable { percent, .. } | TrajectoryError::Swing { percent, .. }) => {
-                refused += 1;
-                assert!((0.0..=100.0).contains(&percent));
-            }
-            Err(TrajectoryError::LimitOnLine { line: 1, .. }) => refused += 1,
-            Err(TrajectoryError::OffLine { line: 1, .. }) => refused += 1,
+            Err(
+                TrajectoryError::Unreachable { line: 1, percent, .. }
+                | TrajectoryError::Swing { line: 1, percent, .. }
+                | TrajectoryError::LimitOnLine { line: 1, percent, .. }
+                | TrajectoryError::OffLine { line: 1, percent, .. },
+            ) => assert!((0.0..=100.0).contains(&percent)),
             Err(error) => panic!("{error}"),
         }
     }
-    println!("{followed} {refused}");
-    assert!(followed > 3 * refused, "{followed} lines followed, {refused} refused");
+    // Of the others most ends are out of reach altogether, or the joint at its limit could not be spared.
+    assert!(followed > 180, "{followed} of 300 lines followed");
 }
 
 #[test]
