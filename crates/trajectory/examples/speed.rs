@@ -1,4 +1,5 @@
-//! How long planning and streaming take for the xArm7, and how often random joint motions, lines and stops break a limit.
+//! How long planning and streaming take for the xArm7, and how often random motions, blends, lines and
+//! stops break a limit.
 //!
 //! `cargo run --release -p trajectory --example speed -- [CASES]`; the last line is one JSON object.
 
@@ -36,7 +37,7 @@ fn main() -> Result<(), Failure> {
         "joint motion {motion:.1} us, blend of 5 waypoints {blend:.0} us, line of 200 mm {line:.0} us, guard {guard:.2} us, sample {sample:.3} us"
     );
     let (samples, violations) = violations(&fast, cases)?;
-    println!("{violations} violations in {samples} samples of {cases} motions and the stops from them");
+    println!("{violations} violations in {samples} samples of motions, blends, lines and the stops from them");
     println!(
         "{}",
         serde_json::json!({
@@ -90,14 +91,27 @@ fn blend(planner: &Planner<N>, random: &mut Rng) -> Result<Option<f64>, Failure>
     Ok(Some(timed(|| planner.through(&waypoints, 0.1))?))
 }
 
-/// 200 mm in a random direction, starting near home; those that the arm cannot follow do not count.
+/// Lines that the arm cannot follow do not count.
 fn line(planner: &Planner<N>, random: &mut Rng) -> Result<Option<f64>, Failure> {
+    let (from, to) = line_ends(planner, random)?;
+    Ok(timed(|| planner.line(&from, &to)).ok())
+}
+
+fn random_line(planner: &Planner<N>, random: &mut Rng) -> Result<Trajectory<N>, Failure> {
+    let (from, to) = line_ends(planner, random)?;
+    Ok(planner.line(&from, &to)?.trajectory)
+}
+
+/// 200 mm in a random direction, starting near home.
+fn line_ends(planner: &Planner<N>, random: &mut Rng) -> Result<([f64; N], RigidTransform), Failure> {
     let from = HOME.map(|angle| angle + 0.4 * (random.f64() - 0.5));
     let start = planner.chain().forward(&SVector::from(from))?;
     let mut number = || random.f64() - 0.5;
     let way = 0.2 * Vector3::new(number(), number(), number()).normalize();
-    let to = RigidTransform::from_parts(start.translation() + way, start.rotation());
-    Ok(timed(|| planner.line(&from, &to)).ok())
+    Ok((
+        from,
+        RigidTransform::from_parts(start.translation() + way, start.rotation()),
+    ))
 }
 
 /// Median microseconds of the guard and of a sample.
@@ -126,25 +140,37 @@ fn streaming(planner: &Planner<N>) -> Result<(f64, f64), Failure> {
     Ok((guarding[guarding.len() / 2], sampling[sampling.len() / 2]))
 }
 
-/// Samples looked at, and those that break a limit: of motions and, joints only, of stops from anywhere on them.
+/// Samples looked at, and those that break a limit.
 fn violations(planner: &Planner<N>, cases: usize) -> Result<(usize, usize), Failure> {
     let mut random = Rng::with_seed(4);
     let (mut samples, mut violations) = (0, 0);
-    for _ in 0..cases {
+    for case in 0..cases {
         let (from, to) = (place(planner, &mut random), place(planner, &mut random));
-        let motion = planner.joint_motion(&from, &to)?;
-        for step in 0..=(motion.duration() / STEP) as usize + 1 {
+        let path = match case % 10 {
+            0..8 => planner.joint_motion(&from, &to)?,
+            8 => planner.through(&[from, to, place(planner, &mut random)], 0.1)?,
+            _ => random_line(planner, &mut random).map_or_else(|_| Trajectory::hold(&from, 0.0), Ok)?,
+        };
+        for step in 0..=(path.duration() / STEP) as usize + 1 {
             samples += 1;
-            violations += usize::from(breaks(planner, &motion, step as f64 * STEP)?);
+            violations += usize::from(breaks(planner, &path, step as f64 * STEP)?);
         }
-        let states = motion.sample(random.f64() * motion.duration());
-        let stop = Stop::from(&states, &planner.limits().joints)?;
+        let stop = Stop::from(&path.sample(random.f64() * path.duration()), &planner.limits().joints)?;
         for step in 0..=(stop.duration() / STEP) as usize + 1 {
             samples += 1;
-            violations += usize::from(breaks_joints(planner, &stop.sample(step as f64 * STEP)));
+            let states = stop.sample(step as f64 * STEP);
+            let is_fast = tool_speed(planner, &states)? > planner.limits().tool_speed * (1.0 + 1e-9);
+            violations += usize::from(is_fast || breaks_joints(planner, &states));
         }
     }
     Ok((samples, violations))
+}
+
+fn tool_speed(planner: &Planner<N>, states: &[State; N]) -> Result<f64, Failure> {
+    let angles = SVector::from(states.map(|state| state.position));
+    let (_, jacobian) = planner.chain().jacobian(&angles)?;
+    let twist = jacobian * SVector::from(states.map(|state| state.velocity));
+    Ok(twist.fixed_rows::<3>(0).norm())
 }
 
 fn breaks(planner: &Planner<N>, motion: &Trajectory<N>, time: f64) -> Result<bool, Failure> {
