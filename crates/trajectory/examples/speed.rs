@@ -36,7 +36,12 @@ fn main() -> Result<(), Failure> {
     println!(
         "joint motion {motion:.1} us, blend of 5 waypoints {blend:.0} us, line of 200 mm {line:.0} us, guard {guard:.2} us, sample {sample:.3} us"
     );
-    let (samples, violations) = violations(&fast, cases)?;
+    let (mut samples, mut violations) = (0, 0);
+    for planner in [&slow, &fast] {
+        let (looked_at, broken) = count_violations(planner, cases)?;
+        samples += looked_at;
+        violations += broken;
+    }
     println!("{violations} violations in {samples} samples of motions, blends, lines and the stops from them");
     println!(
         "{}",
@@ -141,7 +146,7 @@ fn streaming(planner: &Planner<N>) -> Result<(f64, f64), Failure> {
 }
 
 /// Samples looked at, and those that break a limit.
-fn violations(planner: &Planner<N>, cases: usize) -> Result<(usize, usize), Failure> {
+fn count_violations(planner: &Planner<N>, cases: usize) -> Result<(usize, usize), Failure> {
     let mut random = Rng::with_seed(4);
     let (mut samples, mut violations) = (0, 0);
     for case in 0..cases {

@@ -189,3 +189,22 @@ fn what_a_guard_cannot_have_is_refused() {
     let slow = planner(0.25);
     assert_limits(&slow, &Trajectory::hold(&HOME, 0.1).unwrap(), PERIOD);
 }
+
+#[test]
+fn nothing_allocates_in_the_servo_loop() {
+    let planner = planner(1.0);
+    let mut far = HOME;
+    far[0] = 2.0;
+    let path = planner.joint_motion(&HOME, &far).unwrap();
+    let mut guard = guard(&planner, &HOME);
+    let counted = allocation_counter::measure(|| {
+        for step in 1..50 {
+            let states = path.sample(f64::from(step) * PERIOD);
+            assert!(guard.pass(&positions(&states)).is_ok());
+        }
+        assert!(guard.pass(&[f64::NAN; N]).is_err() && guard.pass(&far).is_err());
+        let stop = Stop::from(&guard.states(), &planner.limits().joints).unwrap();
+        assert!(guard.pass_stop(&positions(&stop.sample(PERIOD))).is_ok());
+    });
+    assert_eq!(counted.count_total, 0);
+}

@@ -96,7 +96,7 @@ fn lines_where_the_arm_works_are_all_followed() {
 #[test]
 fn lines_from_anywhere_keep_all_limits_or_are_refused_with_their_place() {
     let mut random = Rng::with_seed(31);
-    let mut followed = 0;
+    let (mut followed, mut swings) = (0, 0);
     for case in 0..300 {
         let planner = planner([0.25, 1.0][case % 2]);
         let from = random_angles(&mut random, &planner);
@@ -114,13 +114,22 @@ fn lines_from_anywhere_keep_all_limits_or_are_refused_with_their_place() {
             }
             Err(
                 TrajectoryError::Unreachable { line: 1, percent, .. }
-                | TrajectoryError::Swing { line: 1, percent, .. }
                 | TrajectoryError::LimitOnLine { line: 1, percent, .. }
                 | TrajectoryError::OffLine { line: 1, percent, .. },
             ) => assert!((0.0..=100.0).contains(&percent)),
+            Err(TrajectoryError::Swing {
+                line: 1,
+                percent,
+                swing,
+                ..
+            }) => {
+                swings += 1;
+                assert!((0.0..=100.0).contains(&percent) && swing.abs() > 0.25);
+            }
             Err(error) => panic!("{error}"),
         }
     }
+    assert!(swings > 0);
     // Of the others most ends are out of reach altogether, or the joint at its limit could not be spared.
     assert!(followed > 180, "{followed} of 300 lines followed");
 }
