@@ -173,14 +173,20 @@ pub enum TrajectoryError {
         /// Within a step of a few millimetres, radians.
         swing: f64,
     },
-    /// A line that could not be followed closely enough.
+    /// A line that could not be followed closely enough: the arm turns fast near a singularity.
     #[error(
-        "the path is off its lines by {off_mm:.3} mm and {off_mrad:.3} mrad, allowed are {most_mm} mm and {most_mrad} mrad"
+        "line {line}: the tool is off by {off_mm:.3} mm and {off_mrad:.3} mrad at {percent:.1} % ({millimetres:.1} mm), allowed are {most_mm} mm and {most_mrad} mrad"
     )]
     OffLine {
-        /// Found.
+        /// Its number, 1 for the first.
+        line: usize,
+        /// Where on the line it is furthest off.
+        percent: f64,
+        /// From the line's begin.
+        millimetres: f64,
+        /// Distance there.
         off_mm: f64,
-        /// Found.
+        /// Angle there.
         off_mrad: f64,
         /// Allowed.
         most_mm: f64,

@@ -12,6 +12,17 @@ const SHAPE: [f64; 3] = [1.875, 5.773_502_691_896_258, 60.0];
 pub(crate) const SHORTEST: f64 = 1e-3;
 
 /// A motion of `N` joints from rest to rest that begin and end together.
+///
+/// ```
+/// use trajectory::{JointLimits, Motion};
+///
+/// let limits = [JointLimits { lower: -3.0, upper: 3.0, velocity: 2.0, acceleration: 10.0, jerk: 100.0 }; 2];
+/// let motion = Motion::rest_to_rest(&[0.0, 1.0], &[1.0, -1.0], &limits)?;
+/// assert_eq!(motion.check(&limits), Ok(()));
+/// let end = motion.sample(motion.duration());
+/// assert!((end[1].position + 1.0).abs() < 1e-9 && end[1].velocity.abs() < 1e-9);
+/// # Ok::<(), trajectory::TrajectoryError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion<const N: usize> {
     segment: Segment<N>,

@@ -25,7 +25,8 @@ pub struct TimedPoint<const N: usize> {
 
 impl<const N: usize> Trajectory<N> {
     /// Through points at their times, the first of which is 0; who starts elsewhere puts the present state first. A
-    /// single point is held for a millisecond. The points may break limits: see [`Trajectory::check`].
+    /// single point is held for a millisecond. The points may break limits or end while they
+    /// move: see [`Trajectory::check`] and [`Trajectory::require_rest`].
     ///
     /// # Errors
     /// No points; times that do not rise or do not begin at 0; numbers that are not finite.

@@ -99,7 +99,7 @@ fn small_faults_are_put_right_within_the_limits() {
         for step in 1..=(path.duration() / PERIOD) as usize {
             let wanted = positions(&path.sample(step as f64 * PERIOD)).map(|angle| angle + 2e-6 * (random.f64() - 0.5));
             let passed = guard.pass(&wanted).unwrap();
-            corrected += usize::from(passed != wanted);
+            corrected += usize::from(passed.map(f64::to_bits) != wanted.map(f64::to_bits));
             for (joint, limits) in planner.limits().joints.iter().enumerate() {
                 let [c, b, a] = passed_before.map(|positions| positions[joint]);
                 let third = (passed[joint] - 3.0 * a + 3.0 * b - c) / PERIOD.powi(3);
@@ -188,4 +188,23 @@ fn what_a_guard_cannot_have_is_refused() {
     assert!(SetPointGuard::new(arm(), limits, PERIOD, CORRECTION, &[9.0; N]).is_err());
     let slow = planner(0.25);
     assert_limits(&slow, &Trajectory::hold(&HOME, 0.1).unwrap(), PERIOD);
+}
+
+#[test]
+fn nothing_allocates_in_the_servo_loop() {
+    let planner = planner(1.0);
+    let mut far = HOME;
+    far[0] = 2.0;
+    let path = planner.joint_motion(&HOME, &far).unwrap();
+    let mut guard = guard(&planner, &HOME);
+    let counted = allocation_counter::measure(|| {
+        for step in 1..50 {
+            let states = path.sample(f64::from(step) * PERIOD);
+            assert!(guard.pass(&positions(&states)).is_ok());
+        }
+        assert!(guard.pass(&[f64::NAN; N]).is_err() && guard.pass(&far).is_err());
+        let stop = Stop::from(&guard.states(), &planner.limits().joints).unwrap();
+        assert!(guard.pass_stop(&positions(&stop.sample(PERIOD))).is_ok());
+    });
+    assert_eq!(counted.count_total, 0);
 }

@@ -82,6 +82,32 @@ fn the_spline_inside_is_that_of_a_cubic() {
 }
 
 #[test]
+fn given_speeds_are_met_without_jumps_of_acceleration() {
+    let with = |time: f64, position: f64, velocity: f64| TimedPoint {
+        velocities: Some([velocity]),
+        ..point(time, position)
+    };
+    let points = [
+        with(0.0, 0.0, 0.0),
+        with(0.4, 0.3, 1.5),
+        point(0.7, 0.5),
+        with(1.0, 0.2, -1.0),
+        with(1.8, 0.0, 0.0),
+    ];
+    let found = Trajectory::through_points(&points).unwrap();
+    found.require_rest().unwrap();
+    for (point, segments) in points[1..].iter().zip(found.segments().windows(2)) {
+        let (before, after) = (
+            segments[0].sample(segments[0].duration())[0],
+            segments[1].sample(0.0)[0],
+        );
+        let velocity = point.velocities.map_or(after.velocity, |all| all[0]);
+        assert!((before.velocity - velocity).abs() < 1e-9 && (after.velocity - velocity).abs() < 1e-9);
+        assert!((before.acceleration - after.acceleration).abs() < 1e-6);
+    }
+}
+
+#[test]
 fn a_single_point_is_held() {
     let found = Trajectory::through_points(&[point(0.0, 0.4)]).unwrap();
     assert!(found.duration() <= 1e-3 && (found.end()[0].position - 0.4).abs() < 1e-12);
