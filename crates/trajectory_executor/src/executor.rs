@@ -8,9 +8,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use devices::{Arm, ArmCondition, ArmState, JointValues};
+use kinematics::ModifiedDh;
 use parking_lot::{Mutex, RwLock};
 use tokio::sync::{oneshot, watch};
 use trajectory::Trajectory;
+use xarm_tcp::XArm;
 
 use crate::error::MotionError;
 use crate::model::Model;
@@ -27,15 +29,28 @@ const HELD_WITHIN: f64 = 0.02;
 
 type Ending = Result<(), MotionError>;
 
-/// What the node needs of a driver beyond the trait.
-pub(crate) trait Dimensions: Send + Sync {
-    /// The arm's own dimensions; none when the nominal ones count.
-    fn read(&self) -> futures::future::BoxFuture<'_, Result<Option<[kinematics::ModifiedDh; 7]>, devices::ArmError>>;
+/// Where the arm's own dimensions come from.
+pub(crate) struct Dimensions {
+    pub(crate) arm: Arc<XArm>,
+    /// Otherwise the nominal ones count.
+    pub(crate) is_wanted: bool,
+}
+
+impl Dimensions {
+    async fn read(&self) -> Result<Option<[ModifiedDh; 7]>, MotionError> {
+        if !self.is_wanted {
+            return Ok(None);
+        }
+        let rows = self.arm.calibrated_kinematics().await;
+        rows.map(Some).map_err(|error| MotionError::NotReady {
+            reason: format!("{error}; parameter calibrated_kinematics = false uses the nominal dimensions"),
+        })
+    }
 }
 
 pub(crate) struct Executor {
     arm: Arc<dyn Arm>,
-    dimensions: Box<dyn Dimensions>,
+    dimensions: Dimensions,
     model: RwLock<Arc<Model>>,
     servo: Mutex<Servo>,
     remote: ServoRemote,
@@ -76,7 +91,7 @@ impl Running {
 impl Executor {
     pub(crate) fn new(
         arm: Arc<dyn Arm>,
-        dimensions: Box<dyn Dimensions>,
+        dimensions: Dimensions,
         model: Model,
         servo: Servo,
         state_timeout: Duration,

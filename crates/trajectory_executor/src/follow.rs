@@ -107,8 +107,8 @@ impl Follower {
             .map(|(index, point)| timed_point(index, point, &order))
             .collect::<Result<Vec<_>, _>>()?;
         let at = self.desk.executor.held_at()?;
-        if points.first().is_some_and(|first| first.time > 0.0) {
-            points.insert(0, TimedPoint { time: 0.0, positions: at, velocities: Some([0.0; 7]), accelerations: Some([0.0; 7]) });
+        if points.first().is_some_and(|first| first.time_from_start > 0.0) {
+            points.insert(0, TimedPoint { time_from_start: 0.0, positions: at, velocities: Some([0.0; 7]), accelerations: Some([0.0; 7]) });
         }
         Ok(Trajectory::through_points(&points)?)
     }
@@ -195,7 +195,7 @@ fn timed_point(index: usize, point: &JointTrajectoryPoint, order: &[usize; 7]) -
     };
     let positions = sorted("positions", &point.positions)?;
     Ok(TimedPoint {
-        time: duration_seconds(&point.time_from_start),
+        time_from_start: duration_seconds(&point.time_from_start),
         positions: positions.ok_or_else(|| MotionError::Request(format!("point {} has no positions", index + 1)))?,
         velocities: sorted("velocities", &point.velocities)?,
         accelerations: sorted("accelerations", &point.accelerations)?,

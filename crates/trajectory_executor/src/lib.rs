@@ -31,9 +31,9 @@ use std::time::Duration;
 use ros::Node;
 use tokio::task::JoinSet;
 use tracing::Instrument;
-use xarm_tcp::XArm;
+use xarm_tcp::{VacuumHardware, XArm, XArmConfig};
 
-use executor::Executor;
+use executor::{Dimensions, Executor};
 use follow::Follow;
 use model::Model;
 use move_tool::MoveTool;
@@ -81,13 +81,16 @@ pub async fn run(node: Node) -> Result<(), Error> {
     Ok(())
 }
 
-fn driver_config(parameters: &Parameters) -> xarm_tcp::XArmConfig {
-    xarm_tcp::XArmConfig {
+fn driver_config(parameters: &Parameters) -> XArmConfig {
+    XArmConfig {
         control_port: parameters.control_port,
         real_time_report_port: parameters.real_time_port,
         rich_report_port: parameters.rich_port,
-        vacuum: xarm_tcp::VacuumHardware::of_version(parameters.vacuum_hardware).unwrap_or_default(),
-        ..xarm_tcp::XArmConfig::new(&parameters.host)
+        vacuum: match parameters.vacuum_hardware {
+            2 => VacuumHardware::Contacts,
+            _ => VacuumHardware::Cable,
+        },
+        ..XArmConfig::new(&parameters.host)
     }
 }
 
@@ -106,7 +109,10 @@ fn executor(parameters: &Parameters, arm: &Arc<XArm>) -> Result<Executor, Error>
     };
     Ok(Executor::new(
         Arc::<XArm>::clone(arm),
-        dimensions(parameters, arm),
+        Dimensions {
+            arm: Arc::clone(arm),
+            is_wanted: parameters.calibrated_kinematics,
+        },
         model,
         Servo::start(config)?,
         Duration::from_secs_f64(parameters.state_timeout),

@@ -48,11 +48,11 @@ impl Parameters {
                     .describe("Vacuum gripper: 1 with a cable, 2 by contacts in the flange; the wrong one is silent"),
             )? as u8,
             calibrated_kinematics: declare.fixed(
-                Parameter::boolean("calibrated_kinematics", true)
+                Parameter::bool("calibrated_kinematics", true)
                     .describe("Take the arm's own dimensions from its controller instead of the nominal ones"),
             )?,
             arm_at_start: declare.fixed(
-                Parameter::boolean("arm_at_start", false)
+                Parameter::bool("arm_at_start", false)
                     .describe("Switch the servos on as soon as the arm is there; otherwise `recover` does"),
             )?,
             arm_description: declare.fixed(

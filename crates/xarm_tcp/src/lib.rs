@@ -52,3 +52,4 @@ mod velocity;
 pub use arm::XArm;
 pub use config::{Timeouts, XArmConfig};
 pub use statistics::ArmStatistics;
+pub use xarm_protocol::VacuumHardware;

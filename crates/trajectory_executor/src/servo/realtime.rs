@@ -53,7 +53,7 @@ pub(super) fn become_punctual(priority: u8) -> RealTime {
 }
 
 fn schedule(priority: u8) -> Result<u8, String> {
-    let value = ThreadPriorityValue::try_from(priority).map_err(ToString::to_string)?;
+    let value = ThreadPriorityValue::try_from(priority)?;
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(value), policy)
         .map(|()| priority)
