@@ -104,6 +104,9 @@ fn small_faults_are_put_right_within_the_limits() {
                 let [c, b, a] = passed_before.map(|positions| positions[joint]);
                 let third = (passed[joint] - 3.0 * a + 3.0 * b - c) / PERIOD.powi(3);
                 assert!(third.abs() <= limits.jerk * (1.0 + 1e-6) + 1e-3, "{third}");
+                let second = (passed[joint] - 2.0 * a + b) / PERIOD.powi(2);
+                assert!(second.abs() <= limits.acceleration * (1.0 + 1e-6) + 1e-6, "{second}");
+                assert!((passed[joint] - a).abs() <= limits.velocity * PERIOD * (1.0 + 1e-6));
                 assert!((passed[joint] - wanted[joint]).abs() <= CORRECTION * 1.001);
             }
             passed_before = [passed_before[1], passed_before[2], passed];
