@@ -97,7 +97,7 @@ fn small_faults_are_put_right_within_the_limits() {
         let mut guard = guard(&planner, &positions(&path.start()));
         let mut passed_before = [positions(&path.start()); 3];
         for step in 1..=(path.duration() / PERIOD) as usize {
-            let wanted = positions(&path.sample(step as f64 * PERIOD)).map(|angle| angle + 2e-6 * (random.f64() - 0.5));
+            let wanted = positions(&path.sample(step as f64 * PERIOD)).map(|angle| angle + 6e-6 * (random.f64() - 0.5));
             let passed = guard.pass(&wanted).unwrap();
             corrected += usize::from(passed.map(f64::to_bits) != wanted.map(f64::to_bits));
             for (joint, limits) in planner.limits().joints.iter().enumerate() {
