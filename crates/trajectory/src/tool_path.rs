@@ -122,3 +122,49 @@ pub(crate) fn pose_error(from: &RigidTransform, to: &RigidTransform) -> Vector6<
 pub(crate) fn sizes(error: &Vector6<f64>) -> [f64; 2] {
     [error.fixed_rows::<3>(0).norm(), error.fixed_rows::<3>(3).norm()]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::schedule::schedule;
+
+    #[test]
+    fn motion_and_change_are_the_derivatives_of_the_pose() {
+        let turned = |axis: [f64; 3]| UnitQuaternion::from_scaled_axis(Vector3::from(axis));
+        let start = RigidTransform::from_parts(Vector3::new(0.3, 0.1, 0.2), turned([0.4, -1.0, 0.3]));
+        let corner = RigidTransform::from_parts(Vector3::new(0.5, 0.0, 0.1), turned([1.2, 0.5, -0.8]));
+        let end = RigidTransform::from_parts(Vector3::new(0.4, 0.3, 0.3), turned([-0.3, 1.1, 0.9]));
+        let path = ToolPath {
+            start,
+            lines: &[
+                ToolLine::between(&start, &corner, 1),
+                ToolLine::between(&corner, &end, 2),
+            ],
+            legs: schedule(&[1.0, 0.8], &[0.35]),
+        };
+        let step = 1e-5;
+        for index in 0..=145 {
+            let time = 0.01 * f64::from(index);
+            let (before, now, after) = (path.at(time - step), path.at(time), path.at(time + step));
+            let twist = pose_error(&before.pose, &after.pose) / (2.0 * step);
+            assert!(
+                (twist - now.motion.twist).norm() < 1e-6,
+                "{time}: {twist} {:?}",
+                now.motion
+            );
+            let change = (after.motion.twist - before.motion.twist) / (2.0 * step);
+            // At a leg's begin the change itself has a kink.
+            assert!(
+                (change - now.change.twist).norm() < 2e-3,
+                "{time}: {change} {:?}",
+                now.change
+            );
+            let progress = (after.motion.progress - before.motion.progress) / (2.0 * step);
+            assert!((progress - now.change.progress).abs() < 2e-3);
+        }
+        let last = path.at(1.45).pose;
+        assert!(sizes(&pose_error(&last, &end)).iter().all(|off| *off < 1e-12));
+        assert_eq!(path.place(0.3).0, 1);
+        assert_eq!(path.place(1.3).0, 2);
+    }
+}
