@@ -6,14 +6,18 @@ use interfaces::geometry_msgs::msg::{Point, Pose, Quaternion};
 
 use crate::error::MotionError;
 
-pub(crate) fn duration_seconds(message: &DurationMessage) -> f64 {
+pub(crate) fn duration_seconds(message: DurationMessage) -> f64 {
     f64::from(message.sec) + f64::from(message.nanosec) * 1e-9
 }
 
 pub(crate) fn pose_message(pose: &RigidTransform) -> Pose {
     let (at, [x, y, z, w]) = (pose.translation(), pose.quaternion_xyzw());
     Pose {
-        position: Point { x: at.x, y: at.y, z: at.z },
+        position: Point {
+            x: at.x,
+            y: at.y,
+            z: at.z,
+        },
         orientation: Quaternion { x, y, z, w },
     }
 }

@@ -18,9 +18,10 @@ pub(crate) fn register(diagnostics: &Diagnostics, host: &str, executor: &Arc<Exe
 }
 
 fn ask(executor: &Weak<Executor>, status: fn(&Executor) -> Status) -> Status {
-    executor
-        .upgrade()
-        .map_or_else(|| Status::stale("the node is being closed"), |executor| status(&executor))
+    executor.upgrade().map_or_else(
+        || Status::stale("the node is being closed"),
+        |executor| status(&executor),
+    )
 }
 
 fn arm(executor: &Executor) -> Status {
@@ -28,7 +29,11 @@ fn arm(executor: &Executor) -> Status {
     let state = state.borrow();
     match &state.link {
         ArmLink::Disconnected { reason } => Status::error(reason.as_str()),
-        ArmLink::Connected { address, firmware_version, serial_number } => {
+        ArmLink::Connected {
+            address,
+            firmware_version,
+            serial_number,
+        } => {
             let status = match &state.condition {
                 ArmCondition::Fault(fault) => Status::error(format!("fault {}: {}", fault.code, fault.description)),
                 ArmCondition::Armed | ArmCondition::Moving => Status::ok("armed"),
@@ -43,7 +48,13 @@ fn arm(executor: &Executor) -> Status {
 }
 
 fn servo(executor: &Executor) -> Status {
-    let TimingSummary { periods, missed, median, p99, latest } = executor.remote().timing();
+    let TimingSummary {
+        periods,
+        missed,
+        median,
+        p99,
+        latest,
+    } = executor.remote().timing();
     let micros = |duration: std::time::Duration| format!("{:.0}", duration.as_secs_f64() * 1e6);
     let status = executor
         .realtime_complaint()

@@ -72,7 +72,9 @@ pub enum MotionError {
     #[error(transparent)]
     Kinematics(#[from] KinematicsError),
     /// Something is in the way.
-    #[error("collision after {time:.2} s: {link} with {with}, {distance_mm:.1} mm (less than {margin_mm:.1} mm apart counts)")]
+    #[error(
+        "collision after {time:.2} s: {link} with {with}, {distance_mm:.1} mm (less than {margin_mm:.1} mm apart counts)"
+    )]
     Collision {
         /// From the motion's begin, seconds.
         time: f64,

@@ -144,7 +144,10 @@ impl Executor {
     fn require_fresh(&self, at: &JointValues) -> Result<(), MotionError> {
         let state = self.arm.state();
         let state = state.borrow();
-        let Some(joints) = state.joints.filter(|joints| joints.received_at.elapsed() < self.state_timeout) else {
+        let Some(joints) = state
+            .joints
+            .filter(|joints| joints.received_at.elapsed() < self.state_timeout)
+        else {
             return Err(not_ready("the controller has reported no joint angles for too long"));
         };
         for (index, (commanded, measured)) in at.iter().zip(&joints.angles).enumerate() {
@@ -299,7 +302,12 @@ impl Executor {
         }
         match tokio::time::timeout(ENGAGE_TIMEOUT, engaged).await {
             Ok(()) if *self.standing.borrow() == Standing::Ready => Ok(()),
-            Ok(()) => Err(self.standing.borrow().require_ready().err().unwrap_or(MotionError::Busy)),
+            Ok(()) => Err(self
+                .standing
+                .borrow()
+                .require_ready()
+                .err()
+                .unwrap_or(MotionError::Busy)),
             Err(_) => Err(not_ready("the servo loop did not take the arm over")),
         }
     }
@@ -312,7 +320,9 @@ impl Executor {
     fn measured(&self) -> Result<JointValues, MotionError> {
         let state = self.arm.state();
         let state = state.borrow();
-        let fresh = state.joints.filter(|joints| joints.received_at.elapsed() < self.state_timeout);
+        let fresh = state
+            .joints
+            .filter(|joints| joints.received_at.elapsed() < self.state_timeout);
         fresh
             .map(|joints| joints.angles)
             .ok_or_else(|| not_ready("the controller has reported no joint angles for too long"))

@@ -1,4 +1,4 @@
-//! The action `follow_joint_trajectory`, as MoveIt and others use it.
+//! The action `follow_joint_trajectory`, as `MoveIt` and others use it.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -32,7 +32,14 @@ pub(crate) struct Follow {
 
 impl Follow {
     pub(crate) fn new(node: &Node, desk: Arc<Desk>) -> Result<Self, Error> {
-        let names = desk.executor.model().chain.joints().iter().map(|joint| joint.name.clone()).collect();
+        let names = desk
+            .executor
+            .model()
+            .chain
+            .joints()
+            .iter()
+            .map(|joint| joint.name.clone())
+            .collect();
         Ok(Self {
             server: node.action_server("follow_joint_trajectory")?,
             desk,
@@ -47,7 +54,10 @@ impl Follow {
             while goals.try_join_next().is_some() {}
             match offer.accept().await {
                 Ok(goal) => {
-                    let follower = Follower { desk: Arc::clone(&self.desk), names: Arc::clone(&names) };
+                    let follower = Follower {
+                        desk: Arc::clone(&self.desk),
+                        names: Arc::clone(&names),
+                    };
                     goals.spawn(async move { follower.run(goal).await }.in_current_span());
                 }
                 Err(error) => tracing::warn!(%error, "a goal is lost"),
@@ -98,7 +108,9 @@ impl Follower {
         let asked = &goal.trajectory;
         let order = self.order(&asked.joint_names)?;
         if !goal.multi_dof_trajectory.points.is_empty() {
-            return Err(MotionError::Request("a multi-DOF trajectory was asked for; the arm has single joints".into()));
+            return Err(MotionError::Request(
+                "a multi-DOF trajectory was asked for; the arm has single joints".into(),
+            ));
         }
         let mut points = asked
             .points
@@ -108,7 +120,15 @@ impl Follower {
             .collect::<Result<Vec<_>, _>>()?;
         let at = self.desk.executor.held_at()?;
         if points.first().is_some_and(|first| first.time_from_start > 0.0) {
-            points.insert(0, TimedPoint { time_from_start: 0.0, positions: at, velocities: Some([0.0; 7]), accelerations: Some([0.0; 7]) });
+            points.insert(
+                0,
+                TimedPoint {
+                    time_from_start: 0.0,
+                    positions: at,
+                    velocities: Some([0.0; 7]),
+                    accelerations: Some([0.0; 7]),
+                },
+            );
         }
         Ok(Trajectory::through_points(&points)?)
     }
@@ -117,7 +137,10 @@ impl Follower {
     fn order(&self, asked: &[String]) -> Result<[usize; 7], MotionError> {
         let mut order = [0; 7];
         for (place, name) in order.iter_mut().zip(self.names.iter()) {
-            *place = asked.iter().position(|asked| asked == name).ok_or_else(|| self.wrong_joints(asked))?;
+            *place = asked
+                .iter()
+                .position(|asked| asked == name)
+                .ok_or_else(|| self.wrong_joints(asked))?;
         }
         if asked.len() == order.len() {
             return Ok(order);
@@ -160,7 +183,10 @@ impl Follower {
         let error = std::array::from_fn(|joint| desired[joint].position - actual.angles[joint]);
         let feedback = FollowJointTrajectoryFeedback {
             joint_names: self.names.to_vec(),
-            desired: point(&desired.map(|state| state.position), &desired.map(|state| state.velocity)),
+            desired: point(
+                &desired.map(|state| state.position),
+                &desired.map(|state| state.velocity),
+            ),
             actual: point(&actual.angles, &actual.velocities),
             error: point(&error, &[0.0; 7]),
             ..FollowJointTrajectoryFeedback::default()
@@ -174,9 +200,11 @@ impl Follower {
         let (commanded, state) = (self.desk.executor.remote().commanded()?, self.desk.executor.arm_state());
         let measured = state.borrow().joints?;
         self.names.iter().enumerate().find_map(|(joint, name)| {
-            let JointTolerance { position, .. } = goal.goal_tolerance.iter().find(|tolerance| tolerance.name == *name)?;
+            let JointTolerance { position, .. } =
+                goal.goal_tolerance.iter().find(|tolerance| tolerance.name == *name)?;
             let off = (commanded[joint].position - measured.angles[joint]).abs();
-            (*position > 0.0 && off > *position).then(|| format!("{name} is {off:.4} rad off its goal, allowed are {position} rad"))
+            (*position > 0.0 && off > *position)
+                .then(|| format!("{name} is {off:.4} rad off its goal, allowed are {position} rad"))
         })
     }
 }
@@ -195,7 +223,7 @@ fn timed_point(index: usize, point: &JointTrajectoryPoint, order: &[usize; 7]) -
     };
     let positions = sorted("positions", &point.positions)?;
     Ok(TimedPoint {
-        time_from_start: duration_seconds(&point.time_from_start),
+        time_from_start: duration_seconds(point.time_from_start),
         positions: positions.ok_or_else(|| MotionError::Request(format!("point {} has no positions", index + 1)))?,
         velocities: sorted("velocities", &point.velocities)?,
         accelerations: sorted("accelerations", &point.accelerations)?,
@@ -204,8 +232,8 @@ fn timed_point(index: usize, point: &JointTrajectoryPoint, order: &[usize; 7]) -
 
 fn point(positions: &JointValues, velocities: &JointValues) -> JointTrajectoryPoint {
     JointTrajectoryPoint {
-        positions: positions.to_vec().into(),
-        velocities: velocities.to_vec().into(),
+        positions: positions.to_vec(),
+        velocities: velocities.to_vec(),
         ..JointTrajectoryPoint::default()
     }
 }
@@ -219,5 +247,8 @@ fn code(error: &MotionError) -> i32 {
 }
 
 fn result(error_code: i32, error_string: String) -> FollowJointTrajectoryResult {
-    FollowJointTrajectoryResult { error_code, error_string }
+    FollowJointTrajectoryResult {
+        error_code,
+        error_string,
+    }
 }

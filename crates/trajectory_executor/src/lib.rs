@@ -103,7 +103,7 @@ fn executor(parameters: &Parameters, arm: &Arc<XArm>) -> Result<Executor, Error>
     })?;
     let config = ServoConfig {
         guard,
-        stop_limits: model.limits.joints,
+        stop_limits: model.stop_limits(),
         watchdog: Duration::from_secs_f64(parameters.watchdog),
         priority: parameters.priority,
     };
@@ -133,7 +133,11 @@ async fn arm_when_there(desk: Arc<Desk>) {
     }
     let state = desk.executor.arm_state().borrow().condition.clone();
     if let devices::ArmCondition::Fault(fault) = state {
-        tracing::warn!(code = fault.code, fault.description, "the arm is not armed: it has a fault; `recover` clears it");
+        tracing::warn!(
+            code = fault.code,
+            fault.description,
+            "the arm is not armed: it has a fault; `recover` clears it"
+        );
         return;
     }
     match desk.recover().await {
@@ -144,10 +148,9 @@ async fn arm_when_there(desk: Arc<Desk>) {
 
 /// A motion is decelerated first; then the stream ends.
 async fn close(mut tasks: JoinSet<()>, executor: Arc<Executor>, desk: Arc<Desk>, arm: Arc<XArm>) {
-    if executor.standing().borrow().is_moving() {
-        if let Err(error) = executor.stop("the node is being shut down").await {
-            tracing::warn!(%error, "the arm was not stopped at the end");
-        }
+    let is_moving = executor.standing().borrow().is_moving();
+    if is_moving && let Err(error) = executor.stop("the node is being shut down").await {
+        tracing::warn!(%error, "the arm was not stopped at the end");
     }
     tasks.shutdown().await;
     drop((desk, executor));

@@ -3,7 +3,7 @@
 use collision::{ArmModel, Checker, JointPath, Scene, SelfCollision, XARM7_NEVER_TOUCHING};
 use devices::JointValues;
 use kinematics::{Chain, ModifiedDh};
-use trajectory::{Planner, SetPointGuard, Trajectory, TrajectoryLimits};
+use trajectory::{JointLimits, Planner, SetPointGuard, Trajectory, TrajectoryLimits};
 use urdf_rs::Robot;
 
 use crate::error::{Error, MotionError};
@@ -18,6 +18,8 @@ const TOOL: &str = "link_tcp";
 const MOST_TOOL_SPEED: f64 = 0.99;
 /// What the last gate allows more than motions are planned with.
 const HEADROOM: f64 = 1.1;
+/// Of the jerk of motions.
+const STOP_JERK: f64 = 0.85;
 /// A touch that is less deep than this may be missed between looks, metres.
 const SHALLOW: f64 = 1e-3;
 /// What the last gate puts right, radians.
@@ -65,7 +67,12 @@ impl Model {
     }
 
     /// The same with the arm's own dimensions.
-    pub(crate) fn with_dimensions(&self, base: &str, rows: &[ModifiedDh; 7], home: &JointValues) -> Result<Self, MotionError> {
+    pub(crate) fn with_dimensions(
+        &self,
+        base: &str,
+        rows: &[ModifiedDh; 7],
+        home: &JointValues,
+    ) -> Result<Self, MotionError> {
         let chain = self.chain.clone().with_modified_dh(rows)?;
         let leave_out = SelfCollision {
             never: &XARM7_NEVER_TOUCHING,
@@ -85,7 +92,10 @@ impl Model {
 
     /// For motions with this speed of the tool, m/s.
     pub(crate) fn planner(&self, tool_speed: f64) -> Result<Planner<7>, MotionError> {
-        let limits = TrajectoryLimits { tool_speed, ..self.limits };
+        let limits = TrajectoryLimits {
+            tool_speed,
+            ..self.limits
+        };
         Ok(Planner::new(self.chain.clone(), limits)?)
     }
 
@@ -96,7 +106,21 @@ impl Model {
             joint.acceleration *= HEADROOM;
             joint.jerk *= HEADROOM;
         }
-        Ok(SetPointGuard::new(self.chain.clone(), limits, PERIOD.as_secs_f64(), CORRECTION, home)?)
+        Ok(SetPointGuard::new(
+            self.chain.clone(),
+            limits,
+            PERIOD.as_secs_f64(),
+            CORRECTION,
+            home,
+        )?)
+    }
+
+    /// For stops. The states in which some of them begin are estimates: the last gate would not let the full jerk pass.
+    pub(crate) fn stop_limits(&self) -> [JointLimits; 7] {
+        self.limits.joints.map(|limits| JointLimits {
+            jerk: STOP_JERK * limits.jerk,
+            ..limits
+        })
     }
 
     /// Refuses a motion with a collision on its way.

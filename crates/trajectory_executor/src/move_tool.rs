@@ -67,7 +67,7 @@ impl Mover {
             Err(error) => return tell(goal, Err(error), MoveToolResult::default()),
         };
         let result = MoveToolResult {
-            joints: plan.trajectory.end().map(|state| state.position).to_vec().into(),
+            joints: plan.trajectory.end().map(|state| state.position).to_vec(),
             duration: message(plan.trajectory.duration()),
             ..MoveToolResult::default()
         };
@@ -82,7 +82,11 @@ impl Mover {
     /// On a thread that may take its time.
     async fn plan(&self, goal: MoveToolGoal) -> Result<Plan, MotionError> {
         let desk = Arc::clone(&self.0);
-        let at = if goal.dry_run { desk.executor.measured_or_held()? } else { desk.executor.held_at()? };
+        let at = if goal.dry_run {
+            desk.executor.measured_or_held()?
+        } else {
+            desk.executor.held_at()?
+        };
         let planning = tokio::task::spawn_blocking(move || plan(&desk, &goal, &at));
         planning
             .await
@@ -161,10 +165,14 @@ fn speed(asked: f64, most: f64) -> Result<f64, MotionError> {
 fn poses(goal: &MoveToolGoal) -> Result<Vec<RigidTransform>, MotionError> {
     let found = goal.poses.len();
     if !(1..=MOST_POSES).contains(&found) {
-        return Err(MotionError::Request(format!("{found} poses, allowed are 1 to {MOST_POSES}")));
+        return Err(MotionError::Request(format!(
+            "{found} poses, allowed are 1 to {MOST_POSES}"
+        )));
     }
     let poses = goal.poses.iter().enumerate();
-    poses.map(|(index, message)| pose(&format!("pose {}", index + 1), message)).collect()
+    poses
+        .map(|(index, message)| pose(&format!("pose {}", index + 1), message))
+        .collect()
 }
 
 /// Each by its own motion of the joints, from rest to rest.

@@ -36,11 +36,14 @@ impl Parameters {
     pub(crate) fn declare(node: &Node) -> Result<Self, Error> {
         let declare = Declare(node);
         let declared = Self {
-            host: declare.fixed(
-                Parameter::string("host", "192.168.1.206").describe("Address of the arm's control box"),
-            )?,
+            host: declare
+                .fixed(Parameter::string("host", "192.168.1.206").describe("Address of the arm's control box"))?,
             control_port: declare.port("control_port", 502, "Control port of the box")?,
-            real_time_port: declare.port("real_time_port", 30003, "Port of the reports that come 100 times a second")?,
+            real_time_port: declare.port(
+                "real_time_port",
+                30003,
+                "Port of the reports that come 100 times a second",
+            )?,
             rich_port: declare.port("rich_port", 30002, "Port of the reports that hold everything")?,
             vacuum_hardware: declare.fixed(
                 Parameter::integer("vacuum_hardware", 1)
@@ -146,7 +149,9 @@ impl Declare<'_> {
     }
 
     fn port(&self, name: &str, default: u16, what: &str) -> Result<u16, Error> {
-        let parameter = Parameter::integer(name, i64::from(default)).range(1..=65_535).describe(what);
+        let parameter = Parameter::integer(name, i64::from(default))
+            .range(1..=65_535)
+            .describe(what);
         Ok(self.fixed(parameter)? as u16)
     }
 }

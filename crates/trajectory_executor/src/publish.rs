@@ -49,7 +49,9 @@ impl Publishers {
     ) -> Result<Self, Error> {
         let model = executor.model();
         let description = node.publisher("/robot_description", Qos::LATCHED)?;
-        description.publish(StringMessage { data: model.description.clone() })?;
+        description.publish(StringMessage {
+            data: model.description.clone(),
+        })?;
         let frames = Frames::of(&model.robot, &parameters.base_frame_id, &parameters.frames_from_others);
         let fixed = StaticBroadcaster::new(node)?;
         fixed.send(&frames.fixed())?;
@@ -99,12 +101,15 @@ impl Publishers {
                 frame_id: self.base.clone(),
             },
             name: model.chain.joints().iter().map(|joint| joint.name.clone()).collect(),
-            position: joints.angles.to_vec().into(),
-            velocity: joints.velocities.to_vec().into(),
-            effort: joints.torques.to_vec().into(),
+            position: joints.angles.to_vec(),
+            velocity: joints.velocities.to_vec(),
+            effort: joints.torques.to_vec(),
         };
         let moving = self.frames.moving(&model.chain, &joints.angles, stamp);
-        for lost in [self.joints.publish(message), self.moving.send(&moving)].into_iter().filter_map(Result::err) {
+        for lost in [self.joints.publish(message), self.moving.send(&moving)]
+            .into_iter()
+            .filter_map(Result::err)
+        {
             tracing::warn!(error = %lost, "a state of the joints is lost");
         }
     }
@@ -121,7 +126,10 @@ impl Publishers {
             }
             let arm: ArmState = self.executor.arm_state().borrow().clone();
             let mut message = state::message(&self.executor, &standing.borrow_and_update().clone(), &arm, vacuum);
-            message.header = Header { stamp: self.node.clock().now(), frame_id: self.base.clone() };
+            message.header = Header {
+                stamp: self.node.clock().now(),
+                frame_id: self.base.clone(),
+            };
             if let Err(error) = self.state.publish(message) {
                 tracing::warn!(%error, "a state of the arm is lost");
             }
@@ -130,7 +138,10 @@ impl Publishers {
 
     /// A controller that does not answer holds nothing as far as anybody knows.
     async fn read_vacuum(&self) -> SuctionState {
-        let is_there = matches!(self.executor.arm_state().borrow().link, devices::ArmLink::Connected { .. });
+        let is_there = matches!(
+            self.executor.arm_state().borrow().link,
+            devices::ArmLink::Connected { .. }
+        );
         if !is_there {
             return SuctionState::default();
         }

@@ -40,12 +40,20 @@ impl Services {
     }
 
     pub(crate) fn spawn_into(self, tasks: &mut JoinSet<()>) {
-        let Self { stop, recover, home, vacuum, desk } = self;
+        let Self {
+            stop,
+            recover,
+            home,
+            vacuum,
+            desk,
+        } = self;
         let serve = |tasks: &mut JoinSet<()>, server, name, job: fn(Arc<Desk>) -> Job| {
             tasks.spawn(serve_trigger(server, name, Arc::clone(&desk), job).in_current_span());
         };
         serve(tasks, stop, "stop", |desk| Box::pin(async move { desk.stop().await }));
-        serve(tasks, recover, "recover", |desk| Box::pin(async move { desk.recover().await }));
+        serve(tasks, recover, "recover", |desk| {
+            Box::pin(async move { desk.recover().await })
+        });
         serve(tasks, home, "home", |desk| Box::pin(async move { desk.home().await }));
         tasks.spawn(serve_vacuum(vacuum, desk).in_current_span());
     }
@@ -69,7 +77,10 @@ async fn serve_trigger(
                 Ok(message) => TriggerResponse { success: true, message },
                 Err(error) => {
                     tracing::warn!(%error, "{name}: not done");
-                    TriggerResponse { success: false, message: error.to_string() }
+                    TriggerResponse {
+                        success: false,
+                        message: error.to_string(),
+                    }
                 }
             };
             if let Err(error) = call.respond(response).await {

@@ -64,7 +64,8 @@ impl Executor {
     }
 
     fn come_to_rest(&self, cause: Option<String>) {
-        self.standing.send_modify(|standing| *standing = standing.at_rest(cause));
+        self.standing
+            .send_modify(|standing| *standing = standing.at_rest(cause));
     }
 
     /// Permits motions for as long as the arm's reports are new and good.

@@ -10,11 +10,17 @@ pub(crate) enum Standing {
     Ready,
     Moving,
     /// On the way to rest; with a reason it stays stopped there.
-    Stopping { latched: Option<String> },
+    Stopping {
+        latched: Option<String>,
+    },
     /// It is held, and motions are refused.
-    Stopped { reason: String },
+    Stopped {
+        reason: String,
+    },
     /// This node has lost it.
-    Lost { reason: String },
+    Lost {
+        reason: String,
+    },
 }
 
 impl Standing {

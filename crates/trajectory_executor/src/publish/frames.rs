@@ -25,7 +25,13 @@ impl Frames {
         Self {
             base: base.to_owned(),
             turned: chain_of_links(robot, base),
-            fixed: robot.joints.iter().filter(is_fixed).filter(is_ours).map(fixed).collect(),
+            fixed: robot
+                .joints
+                .iter()
+                .filter(is_fixed)
+                .filter(is_ours)
+                .map(fixed)
+                .collect(),
         }
     }
 
@@ -54,7 +60,12 @@ fn chain_of_links(robot: &Robot, base: &str) -> Vec<String> {
     let (mut parent, mut links, mut seen) = (base.to_owned(), Vec::new(), BTreeSet::new());
     let turns = |joint: &&Joint| matches!(joint.joint_type, JointType::Revolute | JointType::Continuous);
     while seen.insert(parent.clone()) {
-        let Some(joint) = robot.joints.iter().filter(turns).find(|joint| joint.parent.link == parent) else {
+        let Some(joint) = robot
+            .joints
+            .iter()
+            .filter(turns)
+            .find(|joint| joint.parent.link == parent)
+        else {
             break;
         };
         parent.clone_from(&joint.child.link);
@@ -65,6 +76,9 @@ fn chain_of_links(robot: &Robot, base: &str) -> Vec<String> {
 
 fn fixed(joint: &Joint) -> StampedTransform {
     let ([x, y, z], [roll, pitch, yaw]) = (joint.origin.xyz.0, joint.origin.rpy.0);
-    let transform = RigidTransform::from_parts(Vector3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw));
+    let transform = RigidTransform::from_parts(
+        Vector3::new(x, y, z),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    );
     StampedTransform::new(&joint.parent.link, &joint.child.link, 0, transform)
 }

@@ -64,5 +64,8 @@ fn place_tool(executor: &Executor, arm: &ArmState, message: &mut Message) {
         z: twist[first + 2],
     };
     message.tcp = pose_message(&pose);
-    message.tcp_velocity = Twist { linear: vector(0), angular: vector(3) };
+    message.tcp_velocity = Twist {
+        linear: vector(0),
+        angular: vector(3),
+    };
 }

@@ -45,8 +45,9 @@ impl Board {
                 return None;
             }
             let states = self.numbers.each_ref().map(|numbers| {
-                let [position, velocity, acceleration] =
-                    numbers.each_ref().map(|number| f64::from_bits(number.load(Ordering::Relaxed)));
+                let [position, velocity, acceleration] = numbers
+                    .each_ref()
+                    .map(|number| f64::from_bits(number.load(Ordering::Relaxed)));
                 State {
                     position,
                     velocity,
@@ -54,7 +55,7 @@ impl Board {
                 }
             });
             fence(Ordering::Acquire);
-            if before % 2 == 0 && before == self.version.load(Ordering::Relaxed) {
+            if before.is_multiple_of(2) && before == self.version.load(Ordering::Relaxed) {
                 return Some(states);
             }
             std::hint::spin_loop();

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use devices::{JointValues, SetPointStream, StreamFault};
 use rtrb::{Consumer, Producer};
-use trajectory::{Stop, Trajectory};
+use trajectory::{State, Stop, Trajectory};
 
 use super::shared::Shared;
 use super::{Command, PERIOD, ServoConfig, ServoEvent, StopCause, Waste};
@@ -14,6 +14,7 @@ use super::{Command, PERIOD, ServoConfig, ServoEvent, StopCause, Waste};
 const ARM_RESTS_AFTER: Duration = Duration::from_millis(100);
 
 /// What is being done.
+#[allow(clippy::large_enum_variant, reason = "a box would be freed in the loop")]
 enum Phase {
     /// Nothing is sent.
     Idle,
@@ -140,12 +141,16 @@ impl Cycle {
 
     /// From where the arm was sent last; from rest there, when it has come to rest by itself meanwhile.
     fn begin_stop(&mut self, cause: StopCause, late: Duration) {
-        let Phase::Follow { id, .. } = self.phase else {
+        let Phase::Follow { id, trajectory, time } = &self.phase else {
             return;
         };
-        let mut states = self.config.guard.states();
+        let (id, mut states) = (*id, trajectory.sample(*time));
+        if let StopCause::Guard(_) = cause {
+            // What was refused was never sent: the arm is on the way that the guard has seen.
+            states = self.config.guard.states();
+        }
         if late > ARM_RESTS_AFTER {
-            states = states.map(|state| trajectory::State::at(state.position));
+            states = states.map(|state| State::at(state.position));
             let at = states.map(|state| state.position);
             // It passed before.
             let _ = self.config.guard.rest_at(&at);
@@ -175,7 +180,13 @@ impl Cycle {
             }
         };
         let wanted = wanted.map(|state| state.position);
-        match self.config.guard.pass(&wanted) {
+        let guard = &mut self.config.guard;
+        // Joints that stop each in its own time may move the tool faster for a moment; that is no reason not to stop.
+        let passed = match self.phase {
+            Phase::Stop { .. } => guard.pass_stop(&wanted),
+            _ => guard.pass(&wanted),
+        };
+        match passed {
             Ok(passed) => {
                 if end {
                     self.finish();

@@ -116,12 +116,8 @@ pub enum StopCause {
 
 /// Only to be freed.
 enum Waste {
-    Stream {
-        _stream: Box<dyn SetPointStream>,
-    },
-    Trajectory {
-        _trajectory: Box<Trajectory<7>>,
-    },
+    Stream { _stream: Box<dyn SetPointStream> },
+    Trajectory { _trajectory: Box<Trajectory<7>> },
 }
 
 /// The thread, from outside. Dropping it ends the stream at once; the arm is then held by its own controller.

@@ -50,7 +50,8 @@ impl Timing {
         self.buckets[bucket(late)].fetch_add(1, Ordering::Relaxed);
         self.periods.fetch_add(1, Ordering::Relaxed);
         self.latest.fetch_max(late.as_nanos() as u64, Ordering::Relaxed);
-        self.longest_period.fetch_max(period.as_nanos() as u64, Ordering::Relaxed);
+        self.longest_period
+            .fetch_max(period.as_nanos() as u64, Ordering::Relaxed);
     }
 
     pub(super) fn miss(&self, periods: u32) {
