@@ -159,9 +159,9 @@ impl Core {
             Ok(angles) => self.go_to(&angles),
             Err(code) => {
                 self.fail(code);
-                // The stop begins in the same step.
-                let angles = self.next_angles().unwrap_or_else(|_| self.angles());
-                self.go_to(&angles);
+                // The stop begins in the same step; nothing refuses it.
+                let stopping = self.next_angles().and_then(|angles| self.check_step(angles));
+                self.go_to(&stopping.unwrap_or_else(|_| self.angles()));
             }
         }
         self.step_tool();
@@ -193,19 +193,24 @@ impl Core {
     }
 
     fn check_step(&mut self, angles: Joints) -> Result<Joints, u8> {
-        if matches!(self.drive, Drive::Stopping { .. } | Drive::Rest) {
+        let now = self.angles();
+        if angles == now {
             return Ok(angles);
         }
-        let now = self.angles();
+        let touched = self.touches_itself;
+        let touches = touches_itself(&self.model.links(&angles));
+        if matches!(self.drive, Drive::Stopping { .. }) {
+            self.touches_itself = touches;
+            return Ok(angles);
+        }
         if (0..7).any(|joint| (angles[joint] - now[joint]).abs() > JOINT_SPEED * STEP * (1.0 + 1e-6)) {
             return Err(fault::JOINT_SPEED);
         }
-        let touched = std::mem::replace(&mut self.touches_itself, touches_itself(&self.model.links(&angles)));
         // What touches already may be moved apart.
-        if self.touches_itself && !touched && self.settings.checks_self_collision {
-            self.touches_itself = false;
+        if touches && !touched && self.settings.checks_self_collision {
             return Err(fault::SELF_COLLISION);
         }
+        self.touches_itself = touches;
         Ok(angles)
     }
 

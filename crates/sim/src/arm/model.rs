@@ -150,7 +150,9 @@ mod tests {
             chain.forward(&angles.into()).expect("finite angles"),
         );
         assert!((ours.translation() - theirs.translation()).norm() < 1e-8);
-        assert!((ours.translation() * 1e3 - geometry::nalgebra::vector![201.0903, 214.2523, 614.8912]).norm() < 1e-3);
+        assert!(
+            (ours.translation() * 1e3 - geometry::nalgebra::Vector3::new(201.0903, 214.2523, 614.8912)).norm() < 1e-3
+        );
         assert!(ours.rotation().angle_to(&theirs.rotation()) < 1e-8);
     }
 }

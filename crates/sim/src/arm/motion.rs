@@ -166,9 +166,9 @@ impl Core {
         Outcome::Data(vec![0, 0, scene.check(motion).err().unwrap_or(0)])
     }
 
-    /// Into the queue of mode 0; where there is none, what is no motion is done at once.
+    /// Into the queue of mode 0; where nothing waits, what is no motion is done at once.
     fn enqueue(&mut self, action: Action, ticket: &Ticket) -> Outcome {
-        let is_idle = self.mode != Mode::Position || !self.is_ready();
+        let is_idle = self.mode != Mode::Position || !self.is_ready() || self.planner.count() == 0;
         match action {
             Action::Move(_) | Action::Pause(_) if !self.is_ready() => {
                 self.tell(ticket, FeedbackKind::End, FeedbackResult::Discarded);

@@ -49,7 +49,7 @@ enum Doing {
     Pause(f64),
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Planner {
     waiting: VecDeque<Task>,
     active: Option<Running>,
@@ -58,6 +58,18 @@ pub(super) struct Planner {
     /// Of time: 0 while paused.
     rate: f64,
     is_paused: bool,
+}
+
+impl Default for Planner {
+    fn default() -> Self {
+        Self {
+            waiting: VecDeque::new(),
+            active: None,
+            next: None,
+            rate: 1.0,
+            is_paused: false,
+        }
+    }
 }
 
 /// The arm as a step finds it.
@@ -90,7 +102,7 @@ impl Planner {
         let next = self.next.take().map(|(ticket, _)| ticket);
         let waiting = self.waiting.drain(..).map(|task| task.ticket);
         let all: Vec<Ticket> = active.into_iter().chain(next).chain(waiting).collect();
-        self.is_paused = false;
+        (self.is_paused, self.rate) = (false, 1.0);
         all.into_iter()
             .map(|ticket| Event::Feedback(ticket, FeedbackKind::End, FeedbackResult::Discarded))
             .collect()
