@@ -26,7 +26,7 @@ use crate::observed::Observed;
 use crate::reports::{self, Source};
 use crate::shared::Shared;
 use crate::stream_end::End;
-use running::{Done, Running};
+use running::{Done, Running, answer};
 use watched::{Verdict, WatchedStream};
 
 const CLOSE_PATIENCE: Duration = Duration::from_millis(300);
@@ -46,6 +46,7 @@ pub(crate) struct Session<'a> {
     error: (KnownError, Instant),
     inquiry: Option<BoxFuture<'static, Result<KnownError, LinkError>>>,
     next_inquiry: Instant,
+    last_state: Option<State>,
 }
 
 impl<'a> Session<'a> {
@@ -70,6 +71,7 @@ impl<'a> Session<'a> {
             error: (KnownError::NONE, now),
             inquiry: None,
             next_inquiry: now,
+            last_state: None,
         };
         session.tell();
         session
@@ -84,7 +86,7 @@ impl<'a> Session<'a> {
         };
         self.end_stream(End::Fault(StreamFault::Disconnected), &reason);
         self.shared.disconnect(reason.clone());
-        self.running.cancel(|| ArmError::Disconnected { reason: reason.clone() });
+        self.running.cancel(ArmError::Disconnected { reason: reason.clone() });
         for job in self.waiting.drain(..) {
             job.fail(ArmError::Disconnected { reason: reason.clone() });
         }
@@ -131,7 +133,7 @@ impl<'a> Session<'a> {
             reason: "the arm was stopped meanwhile".to_owned(),
         };
         self.end_stream(End::Fault(StreamFault::NotReady), "the arm was stopped");
-        self.running.cancel_unless_stopping(stopped);
+        self.running.cancel_unless_stopping(stopped());
         let (stops, others): (VecDeque<_>, _) = std::mem::take(&mut self.waiting)
             .into_iter()
             .partition(|job| matches!(job, Job::Stop { .. }));
@@ -153,29 +155,28 @@ impl<'a> Session<'a> {
     }
 
     fn finish(&mut self, done: Done) {
-        // Whoever asked may have gone; a stream that nobody takes is dropped and so ends.
         match done {
             Done::Arm(Ok(stream), reply) => {
                 self.stream = Some(WatchedStream::new(stream.end().clone()));
                 self.shared.count(|statistics| statistics.streams += 1);
                 self.tell();
-                let _ = reply.send(Ok(Box::new(stream)));
+                // A stream that nobody takes is dropped, and so ends.
+                answer(reply, Ok(Box::new(stream)));
             }
             Done::Arm(Err(error), reply) => {
                 tracing::warn!(%error, "the arm was not armed");
-                let _ = reply.send(Err(error));
+                answer(reply, Err(error));
             }
             Done::Stop(result, reply) => {
                 self.note("stop", &result);
-                reply.map(|reply| reply.send(result));
+                answer(reply, result);
             }
             Done::Recover(result, reply) => {
-                self.note("recover", &result);
                 if result.is_ok() {
                     self.error = (KnownError::NONE, Instant::now());
                 }
-                self.tell();
-                let _ = reply.send(result);
+                self.note("recover", &result);
+                answer(reply, result);
             }
         }
         self.inquire();
@@ -247,6 +248,11 @@ impl<'a> Session<'a> {
         {
             self.set_error(health.error, health.received_at);
         }
+        let state = observed.motion.as_ref().ok().map(|motion| motion.state);
+        if std::mem::replace(&mut self.last_state, state) != state && state == Some(State::Stopped) {
+            // The error that may be behind it is reported 20 times less often.
+            self.inquire();
+        }
         let Some(stream) = &mut self.stream else { return };
         match stream.judge(&observed, self.error.0) {
             Verdict::Lives => {}
@@ -260,11 +266,8 @@ impl<'a> Session<'a> {
         let Some(stream) = self.stream.take() else { return };
         let end = stream.end(end);
         tracing::info!(reason, ?end, "the stream of set-points ended");
-        let is_fault = matches!(end, End::Fault(fault) if fault != StreamFault::NotReady);
-        self.shared.count(|statistics| {
-            statistics.last_stream_end = Some(reason.to_owned());
-            statistics.stream_faults += u64::from(is_fault);
-        });
+        self.shared
+            .count(|statistics| statistics.last_stream_end = Some(reason.to_owned()));
         let stop = matches!(
             end,
             End::Fault(StreamFault::Disconnected | StreamFault::Refused | StreamFault::Silent)
