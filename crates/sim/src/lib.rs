@@ -5,8 +5,10 @@
 //! - [`world`]: the world file, the objects, the cameras' places.
 //! - [`render`]: what a camera sees of a [`scene::Scene`], one radiance image per light.
 //! - [`board`]: the light controller's firmware on a simulated microcontroller behind a pseudo-terminal.
+//! - [`arm`]: the xArm7's controller behind its TCP ports, and the arm that it moves.
 //! - [`cell`]: all of it together: two cameras on the network that expose while the board's pins light panels.
 
+pub mod arm;
 pub mod board;
 pub mod cell;
 mod error;

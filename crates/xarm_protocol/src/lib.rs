@@ -45,5 +45,5 @@ pub use identity::{Generation, Identity, JointRange};
 pub use modes::{Mode, State, StateCommand};
 pub use reply::{Reply, Status};
 pub use report::{Report, ReportKind, ReportReader};
-pub use request::{KEEP, MoveJoint, MoveLine, MoveLineOptions, Request};
+pub use request::{KEEP, MoveCircle, MoveCircleOptions, MoveJoint, MoveLine, MoveLineOptions, Request};
 pub use tool_io::{TOOL_HOST, VacuumHardware, tool_address};

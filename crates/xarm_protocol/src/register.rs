@@ -36,6 +36,8 @@ pub const MOVE_JOINT_BLENDED: u8 = 24;
 pub const GO_HOME: u8 = 25;
 /// Wait in the queue.
 pub const PAUSE_TIME: u8 = 26;
+/// The tool along a circle.
+pub const MOVE_CIRCLE: u8 = 27;
 /// The next set-point of the joints.
 pub const SERVO_JOINT: u8 = 29;
 /// The next set-point of the tool.
@@ -78,6 +80,8 @@ pub const SET_GRAVITY: u8 = 51;
 pub const GET_JOINT_TORQUES: u8 = 55;
 /// The arm's own dimensions.
 pub const GET_CALIBRATED_DH: u8 = 67;
+/// Whether the arm moves.
+pub const GET_MOVEMENT: u8 = 69;
 /// The base in the world.
 pub const SET_WORLD_OFFSET: u8 = 73;
 /// Whether the arm looks after itself.

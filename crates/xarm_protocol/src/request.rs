@@ -40,6 +40,8 @@ pub enum Request {
     MoveLine(MoveLine),
     /// Joints to angles.
     MoveJoint(MoveJoint),
+    /// The tool along a circle.
+    MoveCircle(MoveCircle),
     /// All joints to 0.
     GoHome {
         /// rad/s.
@@ -109,6 +111,18 @@ pub enum Request {
     TcpLimitCheck([f32; 6]),
     /// Which way is down, in the base's frame.
     SetGravity([f32; 3]),
+    /// The base in the world; millimetres, radians.
+    SetWorldOffset([f32; 6]),
+    /// Whether the arm looks after itself.
+    SelfCollisionCheck(bool),
+    /// What shape the tool has; dimensions follow for some.
+    ToolShape(Vec<u8>),
+    /// Move only virtually.
+    Simulation(bool),
+    /// Whether the arm moves.
+    GetMovement,
+    /// Inputs of the control box.
+    BoxInputs,
     /// Torques of the joints, Nm.
     GetJointTorques,
     /// The arm's own dimensions.
@@ -188,6 +202,36 @@ pub struct MoveLineOptions {
     pub check_only: bool,
     /// Linear, or joint motion where a line is impossible; newest firmware only.
     pub motion_type: Option<u8>,
+}
+
+/// The tool along a circle that begins where it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MoveCircle {
+    /// A pose on the circle; millimetres, radians.
+    pub through: [f32; 6],
+    /// Another one, after it.
+    pub to: [f32; 6],
+    /// mm/s.
+    pub speed: f32,
+    /// mm/s².
+    pub acceleration: f32,
+    /// Not looked at.
+    pub time: f32,
+    /// Of the whole circle, 100 for once round.
+    pub percent: f32,
+    /// Newer firmware only.
+    pub options: Option<MoveCircleOptions>,
+}
+
+/// What newer firmware takes with a circle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MoveCircleOptions {
+    /// In the tool's frame instead of the base's.
+    pub in_tool: bool,
+    /// The last three numbers are an axis-angle vector.
+    pub axis_angle: bool,
+    /// Only tell whether it could be done.
+    pub check_only: bool,
 }
 
 /// Joints to angles.

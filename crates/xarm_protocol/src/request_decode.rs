@@ -4,7 +4,7 @@ use crate::bytes::Cursor;
 use crate::error::ProtocolError;
 use crate::modes::{Mode, StateCommand};
 use crate::register;
-use crate::request::{MoveJoint, MoveLine, MoveLineOptions, Request};
+use crate::request::{MoveCircle, MoveCircleOptions, MoveJoint, MoveLine, MoveLineOptions, Request};
 use crate::tool_io::TOOL_HOST;
 
 impl Request {
@@ -43,6 +43,8 @@ fn without_parameters(register: u8) -> Option<Request> {
         register::CLEAR_CONFIGURATION => Request::ClearConfiguration,
         register::SAVE_CONFIGURATION => Request::SaveConfiguration,
         register::GET_TCP_POSE => Request::GetTcpPose,
+        register::GET_MOVEMENT => Request::GetMovement,
+        register::BOX_INPUTS => Request::BoxInputs,
         register::GET_JOINT_TORQUES => Request::GetJointTorques,
         register::GET_CALIBRATED_DH => Request::GetCalibratedDh,
         register::SERVO_DEBUG => Request::ServoDebug,
@@ -57,6 +59,7 @@ fn motion(register: u8, parameters: &[u8]) -> Result<Option<Request>, ProtocolEr
         register::MOVE_LINE_BLENDED => Request::MoveLine(old_blended_line(parameters)?),
         register::MOVE_JOINT => Request::MoveJoint(joint(parameters, false)?),
         register::MOVE_JOINT_BLENDED => Request::MoveJoint(joint(parameters, true)?),
+        register::MOVE_CIRCLE => Request::MoveCircle(circle(parameters)?),
         register::GO_HOME => {
             let [speed, acceleration, _] = whole("go home", "12", parameters, Cursor::floats)?;
             Request::GoHome { speed, acceleration }
@@ -143,6 +146,10 @@ fn setting(register: u8, parameters: &[u8]) -> Result<Option<Request>, ProtocolE
         }
         register::TCP_LIMIT_CHECK => Request::TcpLimitCheck(whole("limit check", "24", parameters, Cursor::floats)?),
         register::SET_GRAVITY => Request::SetGravity(whole("gravity", "12", parameters, Cursor::floats)?),
+        register::SET_WORLD_OFFSET => Request::SetWorldOffset(whole("world offset", "24", parameters, Cursor::floats)?),
+        register::SELF_COLLISION_CHECK => Request::SelfCollisionCheck(byte("self-collision check")? != 0),
+        register::TOOL_SHAPE => Request::ToolShape(parameters.to_vec()),
+        register::SIMULATION => Request::Simulation(byte("simulation")? != 0),
         register::TOOL_WRITE => whole("tool write", "7 or 8", parameters, tool_write)?,
         register::TOOL_READ => whole("tool read", "3", parameters, |cursor| {
             tool_host(cursor)?;
@@ -197,6 +204,29 @@ fn line_options(cursor: &mut Cursor<'_>) -> Result<MoveLineOptions, ProtocolErro
         axis_angle: cursor.flag()?,
         check_only: cursor.flag()?,
         motion_type: optional(cursor, Cursor::u8)?,
+    })
+}
+
+fn circle(parameters: &[u8]) -> Result<MoveCircle, ProtocolError> {
+    whole("move circle", "64 or 67", parameters, |cursor| {
+        let (through, to) = (cursor.floats()?, cursor.floats()?);
+        let [speed, acceleration, time, percent] = cursor.floats()?;
+        let options = optional(cursor, |cursor| {
+            Ok(MoveCircleOptions {
+                in_tool: cursor.flag()?,
+                axis_angle: cursor.flag()?,
+                check_only: cursor.flag()?,
+            })
+        })?;
+        Ok(MoveCircle {
+            through,
+            to,
+            speed,
+            acceleration,
+            time,
+            percent,
+            options,
+        })
     })
 }
 

@@ -3,7 +3,7 @@
 use crate::bytes::put_floats;
 use crate::frame::{Protocol, put_header};
 use crate::register;
-use crate::request::{MoveJoint, MoveLine, Request};
+use crate::request::{MoveCircle, MoveJoint, MoveLine, Request};
 use crate::tool_io::TOOL_HOST;
 
 impl Request {
@@ -23,6 +23,7 @@ impl Request {
             Self::MoveLine(_) => register::MOVE_LINE,
             Self::MoveJoint(MoveJoint { radius: None, .. }) => register::MOVE_JOINT,
             Self::MoveJoint(_) => register::MOVE_JOINT_BLENDED,
+            Self::MoveCircle(_) => register::MOVE_CIRCLE,
             Self::GoHome { .. } => register::GO_HOME,
             Self::PauseTime(_) => register::PAUSE_TIME,
             Self::ServoJoint { .. } => register::SERVO_JOINT,
@@ -44,6 +45,12 @@ impl Request {
             Self::JointLimitCheck(_) => register::JOINT_LIMIT_CHECK,
             Self::TcpLimitCheck(_) => register::TCP_LIMIT_CHECK,
             Self::SetGravity(_) => register::SET_GRAVITY,
+            Self::SetWorldOffset(_) => register::SET_WORLD_OFFSET,
+            Self::SelfCollisionCheck(_) => register::SELF_COLLISION_CHECK,
+            Self::ToolShape(_) => register::TOOL_SHAPE,
+            Self::Simulation(_) => register::SIMULATION,
+            Self::GetMovement => register::GET_MOVEMENT,
+            Self::BoxInputs => register::BOX_INPUTS,
             Self::GetJointTorques => register::GET_JOINT_TORQUES,
             Self::GetCalibratedDh => register::GET_CALIBRATED_DH,
             Self::JointVelocity { .. } => register::JOINT_VELOCITY,
@@ -75,6 +82,7 @@ impl Request {
             Self::SetMode(mode) => bytes.push(mode.number()),
             Self::MoveLine(line) => put_line(line, bytes),
             Self::MoveJoint(joint) => put_joint(joint, bytes),
+            Self::MoveCircle(circle) => put_circle(circle, bytes),
             Self::GoHome { speed, acceleration } => put_floats(bytes, &[*speed, *acceleration, 0.0]),
             Self::ServoJoint {
                 angles,
@@ -94,9 +102,11 @@ impl Request {
             | Self::SetTcpAcceleration(value)
             | Self::SetJointJerk(value)
             | Self::SetJointAcceleration(value) => put_floats(bytes, &[*value]),
-            Self::SetTcpOffset(pose) | Self::InverseKinematics(pose) | Self::TcpLimitCheck(pose) => {
-                put_floats(bytes, pose);
-            }
+            Self::SetTcpOffset(pose)
+            | Self::SetWorldOffset(pose)
+            | Self::InverseKinematics(pose)
+            | Self::TcpLimitCheck(pose) => put_floats(bytes, pose),
+            Self::SelfCollisionCheck(on) | Self::Simulation(on) => bytes.push(u8::from(*on)),
             Self::ForwardKinematics(angles) | Self::JointLimitCheck(angles) => put_floats(bytes, angles),
             Self::SetTcpLoad { mass, centre } => {
                 put_floats(bytes, &[*mass]);
@@ -139,7 +149,7 @@ impl Request {
                 bytes.push(TOOL_HOST);
                 bytes.extend(address.to_be_bytes());
             }
-            Self::Unknown { parameters, .. } => bytes.extend(parameters),
+            Self::ToolShape(parameters) | Self::Unknown { parameters, .. } => bytes.extend(parameters),
             Self::Version
             | Self::SerialNumbers
             | Self::GetState
@@ -150,6 +160,8 @@ impl Request {
             | Self::ClearConfiguration
             | Self::SaveConfiguration
             | Self::GetTcpPose
+            | Self::GetMovement
+            | Self::BoxInputs
             | Self::GetJointTorques
             | Self::GetCalibratedDh
             | Self::ServoDebug
@@ -165,6 +177,15 @@ fn put_line(line: &MoveLine, bytes: &mut Vec<u8>) {
         put_floats(bytes, &[options.radius]);
         bytes.extend([options.in_tool, options.axis_angle, options.check_only].map(u8::from));
         bytes.extend(options.motion_type);
+    }
+}
+
+fn put_circle(circle: &MoveCircle, bytes: &mut Vec<u8>) {
+    put_floats(bytes, &circle.through);
+    put_floats(bytes, &circle.to);
+    put_floats(bytes, &[circle.speed, circle.acceleration, circle.time, circle.percent]);
+    if let Some(options) = &circle.options {
+        bytes.extend([options.in_tool, options.axis_angle, options.check_only].map(u8::from));
     }
 }
 
