@@ -21,7 +21,10 @@ fn updated(readme: &str) -> Option<String> {
     let (_, after) = rest.split_once(END)?;
     let tables = [
         ("Errors of the controller", controller_errors()),
-        ("Errors of the servos (behind the controller's errors 10 to 17)", servo_errors()),
+        (
+            "Errors of the servos (behind the controller's errors 10 to 17)",
+            servo_errors(),
+        ),
         ("Warnings", warnings()),
     ];
     let tables: String = tables

@@ -85,7 +85,9 @@ mod tests {
         };
         let fault = fault.fault().expect("13 is one");
         assert!(
-            fault.description.contains("Servo of joint 3, code 19: the encoder's battery"),
+            fault
+                .description
+                .contains("Servo of joint 3, code 19: the encoder's battery"),
             "{}",
             fault.description
         );

@@ -69,7 +69,10 @@ impl Conversation {
         let mut observed = self.observed.clone();
         let stopped = |motion: &Motion| motion.state == State::Stopped && motion.received_at > since;
         let waiting = observed.wait_for(|observed| observed.motion.as_ref().is_ok_and(stopped));
-        Ok(matches!(tokio::time::timeout(self.timeouts.stop, waiting).await, Ok(Ok(_))))
+        Ok(matches!(
+            tokio::time::timeout(self.timeouts.stop, waiting).await,
+            Ok(Ok(_))
+        ))
     }
 
     /// Cleans errors as far as they may be cleaned; servos on, position mode: the arm holds and follows nothing.

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use devices::{ArmCondition, ArmError, ArmLink, ArmState, StreamFault};
+use devices::{ArmCondition, ArmError, ArmLink, StreamFault};
 use futures::FutureExt;
 use futures::future::BoxFuture;
 use tokio::sync::mpsc::UnboundedReceiver;
@@ -22,7 +22,7 @@ use crate::faults::KnownError;
 use crate::greeting::Link;
 use crate::job::Job;
 use crate::motion::Conversation;
-use crate::observed::Observed;
+use crate::observed::{Motion, Observed};
 use crate::reports::{self, Source};
 use crate::shared::Shared;
 use crate::stream_end::End;
@@ -52,7 +52,8 @@ pub(crate) struct Session<'a> {
 impl<'a> Session<'a> {
     pub(crate) fn new(config: &'a XArmConfig, link: Link, task: ControlTask, shared: &'a Arc<Shared>) -> Self {
         let (sender, observed) = watch::channel(Observed::nothing());
-        let follow = |source| AbortOnDropHandle::new(tokio::spawn(reports::follow(source, sender.clone(), shared.clone())));
+        let follow =
+            |source| AbortOnDropHandle::new(tokio::spawn(reports::follow(source, sender.clone(), shared.clone())));
         let reports = sources(config).map(follow);
         let identity = &link.identity;
         tracing::info!(firmware = %identity.firmware, serial = identity.arm_serial, "arm connected");
@@ -209,24 +210,8 @@ impl<'a> Session<'a> {
     fn learn(&mut self, error: KnownError) {
         self.inquiry = None;
         self.set_error(error, Instant::now());
-        if self.stream.as_mut().is_some_and(WatchedStream::take_suspicion) {
-            self.end_suspect();
-        }
-    }
-
-    /// The controller does not follow, and it is known whether it has an error.
-    fn end_suspect(&mut self) {
-        if let Some(fault) = self.error.0.fault() {
-            let reason = format!("fault {}: {}", fault.code, fault.description);
-            return self.end_stream(End::Fault(StreamFault::ControllerError), &reason);
-        }
-        let observed = self.observed.borrow().clone();
-        if let Ok(motion) = observed.motion.as_ref()
-            && !motion.follows()
-        {
-            let (mode, state) = (motion.mode.number(), motion.state.number());
-            let reason = format!("another client changed the arm's mode or state (now mode {mode}, state {state})");
-            self.end_stream(End::Fault(StreamFault::NotReady), &reason);
+        if let Some(stream) = &mut self.stream {
+            stream.answered();
         }
     }
 
@@ -256,7 +241,7 @@ impl<'a> Session<'a> {
         let Some(stream) = &mut self.stream else { return };
         match stream.judge(&observed, self.error.0) {
             Verdict::Lives => {}
-            Verdict::Suspect => self.inquire(),
+            Verdict::Doubtful => self.inquire(),
             Verdict::Ended(end, reason) => self.end_stream(end, &reason),
         }
     }
@@ -272,7 +257,9 @@ impl<'a> Session<'a> {
             end,
             End::Fault(StreamFault::Disconnected | StreamFault::Refused | StreamFault::Silent)
         );
-        if stop && self.running.is_idle() {
+        // An arm that another client has taken is left to it.
+        let follows = self.observed.borrow().motion.as_ref().map_or(true, Motion::follows);
+        if stop && follows && self.running.is_idle() {
             self.running = Running::stop(self.conversation(), None);
         }
     }
@@ -304,11 +291,10 @@ impl<'a> Session<'a> {
                 reason: reason.to_owned(),
             },
         };
-        self.shared.tell(ArmState {
-            link,
-            condition: self.condition(&observed),
-            joints: observed.reading(),
-        });
+        // What is wrong is told when it is known, a report later.
+        let is_doubtful = self.stream.as_ref().is_some_and(WatchedStream::is_doubtful);
+        let condition = (!is_doubtful).then(|| self.condition(&observed));
+        self.shared.tell(link, condition, observed.reading());
     }
 
     fn condition(&self, observed: &Observed) -> ArmCondition {

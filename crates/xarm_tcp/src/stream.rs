@@ -153,7 +153,8 @@ impl SetPointStream for Stream {
             Some(End::Fault(fault)) => return Err(fault),
             Some(End::Dropped) => return Err(StreamFault::NotReady),
         }
-        self.try_send(angles).inspect_err(|fault| self.end.end(End::Fault(*fault)))
+        self.try_send(angles)
+            .inspect_err(|fault| self.end.end(End::Fault(*fault)))
     }
 }
 

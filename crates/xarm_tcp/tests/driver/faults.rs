@@ -9,7 +9,9 @@ use xarm_protocol::Mode;
 use crate::rig::{PATIENCE, Rig, Sender};
 
 async fn fault(rig: &Rig) -> ArmFault {
-    let state = rig.wait_for(|state| matches!(state.condition, ArmCondition::Fault(_))).await;
+    let state = rig
+        .wait_for(|state| matches!(state.condition, ArmCondition::Fault(_)))
+        .await;
     match state.condition {
         ArmCondition::Fault(fault) => fault,
         other => panic!("{other:?}"),
@@ -32,7 +34,10 @@ async fn a_collision_is_recovered_once_somebody_has_looked() {
     assert_eq!(rig.controller.moment().error, 31);
     rig.arm.recover(true).await.expect("somebody has looked");
     rig.wait_for_condition(ArmCondition::Disarmed).await;
-    assert_eq!((rig.controller.moment().error, rig.controller.moment().mode), (0, Mode::Position));
+    assert_eq!(
+        (rig.controller.moment().error, rig.controller.moment().mode),
+        (0, Mode::Position)
+    );
     let again = Sender::start(rig.armed().await, Duration::from_millis(200)).end().await;
     assert_eq!((again.fault, again.count), (None, 50));
 }
@@ -46,7 +51,10 @@ async fn an_emergency_stop_is_for_a_person_to_end() {
         let found = fault(&rig).await;
         assert_eq!((found.code, found.recovery), (code, FaultRecovery::Person));
         let held = rig.arm.recover(true).await;
-        assert!(matches!(&held, Err(ArmError::Fault(still)) if still.code == code), "{held:?}");
+        assert!(
+            matches!(&held, Err(ArmError::Fault(still)) if still.code == code),
+            "{held:?}"
+        );
         rig.controller.release();
         rig.arm.recover(false).await.expect("it was released");
         rig.wait_for_condition(ArmCondition::Disarmed).await;

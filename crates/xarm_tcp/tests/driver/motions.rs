@@ -54,7 +54,10 @@ async fn a_stop_ends_the_stream_and_is_confirmed() {
     assert_eq!(rig.arm.state().borrow().condition, ArmCondition::Stopped);
     let sent = sender.end().await;
     assert_eq!(sent.fault, Some(StreamFault::NotReady));
-    println!("the stream ended {:?} after the stop was asked for", sent.ended_at - asked);
+    println!(
+        "the stream ended {:?} after the stop was asked for",
+        sent.ended_at - asked
+    );
     rig.arm.stop().await.expect("an arm that stands can be stopped");
 }
 

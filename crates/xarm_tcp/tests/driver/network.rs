@@ -18,7 +18,8 @@ async fn a_controller_that_goes_away_mid_motion_is_found_when_it_is_back() {
     assert!(lost.joints.is_some(), "the last that was measured stays");
     assert_eq!(lost.condition, ArmCondition::Unknown);
     assert_eq!(sender.end().await.fault, Some(StreamFault::Disconnected));
-    rig.wait_for(|state| lost_reason(state).is_some_and(|reason| reason.contains("cannot connect"))).await;
+    rig.wait_for(|state| lost_reason(state).is_some_and(|reason| reason.contains("cannot connect")))
+        .await;
     assert!(matches!(rig.arm.stop().await, Err(ArmError::Disconnected { .. })));
     let back = Instant::now();
     rig.controller.switch_on().expect("its ports are free");
@@ -53,7 +54,10 @@ async fn a_pause_of_half_a_second_ends_the_stream_and_stops_the_arm() {
     println!("silence noticed after {:?}", sent.ended_at - paused);
     assert_eq!(sent.fault, Some(StreamFault::Silent));
     let lost = rig.wait_for(|state| !is_connected(state)).await;
-    assert!(lost_reason(&lost).is_some_and(|reason| reason.contains("real-time reports")), "{lost:?}");
+    assert!(
+        lost_reason(&lost).is_some_and(|reason| reason.contains("real-time reports")),
+        "{lost:?}"
+    );
     rig.wait_for_condition(ArmCondition::Stopped).await;
     assert_eq!(rig.controller.moment().state, State::Stopped);
     assert_eq!(rig.arm.statistics().reconnects(), 0, "the control connection was kept");
@@ -67,7 +71,10 @@ async fn a_report_of_an_odd_length_closes_its_connection_only() {
     rig.controller.send_odd_report();
     let lost = tokio::time::timeout(PATIENCE, lost.wait_for(|state| !is_connected(state))).await;
     let reason = lost.expect("in time").expect("it runs").clone();
-    assert!(lost_reason(&reason).is_some_and(|reason| reason.contains("bytes")), "{reason:?}");
+    assert!(
+        lost_reason(&reason).is_some_and(|reason| reason.contains("bytes")),
+        "{reason:?}"
+    );
     rig.wait_for(is_connected).await;
     let statistics = rig.arm.statistics();
     assert_eq!((statistics.report_failures, statistics.connections), (1, 1));
@@ -85,7 +92,10 @@ async fn an_arm_that_is_not_seen_does_not_move() {
     rig.controller.set_faults(blind);
     assert_eq!(sender.end().await.fault, Some(StreamFault::Disconnected));
     let lost = rig.wait_for(|state| !is_connected(state)).await;
-    assert!(lost_reason(&lost).is_some_and(|reason| reason.contains("none came within 200ms")), "{lost:?}");
+    assert!(
+        lost_reason(&lost).is_some_and(|reason| reason.contains("none came within 200ms")),
+        "{lost:?}"
+    );
     rig.controller.set_faults(ArmFaults::default());
     rig.wait_for_condition(ArmCondition::Stopped).await;
 }
@@ -101,7 +111,10 @@ async fn a_controller_that_answers_nothing_is_lost_within_two_seconds() {
     let begun = Instant::now();
     let lost = rig.wait_for(|state| !is_connected(state)).await;
     println!("noticed after {:?}", begun.elapsed());
-    assert!(lost_reason(&lost).is_some_and(|reason| reason.contains("did not answer")), "{lost:?}");
+    assert!(
+        lost_reason(&lost).is_some_and(|reason| reason.contains("did not answer")),
+        "{lost:?}"
+    );
     rig.controller.set_faults(ArmFaults::default());
     rig.wait_for(is_connected).await;
 }

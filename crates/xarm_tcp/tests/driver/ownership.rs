@@ -12,8 +12,14 @@ async fn interfere(requests: &[Request]) -> Rig {
     for request in requests {
         rig.controller.request(request);
     }
-    assert_eq!(sender.end().await.fault, Some(StreamFault::NotReady));
-    rig.wait_for(|state| !matches!(state.condition, ArmCondition::Armed | ArmCondition::Moving)).await;
+    let fault = sender.end().await.fault;
+    // What is seen first: the answer to a set-point, or the report.
+    assert!(
+        matches!(fault, Some(StreamFault::NotReady | StreamFault::Refused)),
+        "{fault:?}"
+    );
+    rig.wait_for(|state| !matches!(state.condition, ArmCondition::Armed | ArmCondition::Moving))
+        .await;
     rig
 }
 
@@ -36,7 +42,7 @@ async fn a_stop_by_another_client_stays() {
     rig.wait_for_condition(ArmCondition::Stopped).await;
     assert_eq!(rig.controller.moment().state, State::Stopped);
     let why = rig.arm.statistics().last_stream_end.expect("a stream ended");
-    assert!(!why.is_empty());
+    assert!(why.contains("another client"), "{why}");
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -97,7 +97,6 @@ pub(crate) struct Sender(tokio::task::JoinHandle<Sent>);
 
 /// What became of it.
 pub(crate) struct Sent {
-    pub(crate) stream: Box<dyn SetPointStream>,
     pub(crate) count: usize,
     pub(crate) fault: Option<StreamFault>,
     pub(crate) ended_at: Instant,
@@ -119,12 +118,7 @@ impl Sender {
             }
             let count = count as usize;
             let ended_at = Instant::now();
-            Sent {
-                stream,
-                count,
-                fault,
-                ended_at,
-            }
+            Sent { count, fault, ended_at }
         }))
     }
 

@@ -57,7 +57,10 @@ async fn both_versions_hold_and_release() {
 #[tokio::test(flavor = "multi_thread")]
 async fn the_wrong_wiring_is_silent() {
     let rig = rig(VacuumHardware::Contacts, VacuumHardware::Cable, Firmware::new(2, 5, 5)).await;
-    rig.arm.set(true).await.expect("outputs switch whatever is wired to them");
+    rig.arm
+        .set(true)
+        .await
+        .expect("outputs switch whatever is wired to them");
     // Three times as long as a seal takes.
     let until = Instant::now() + Duration::from_millis(600);
     while Instant::now() < until {
@@ -99,7 +102,10 @@ async fn the_arms_own_dimensions_are_read_in_metres() {
             found.alpha - expected.alpha,
             found.a - expected.a,
         ];
-        assert!(differences.iter().all(|difference| difference.abs() < 1e-6), "{found:?}");
+        assert!(
+            differences.iter().all(|difference| difference.abs() < 1e-6),
+            "{found:?}"
+        );
     }
 }
 
