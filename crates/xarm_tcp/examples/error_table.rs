@@ -27,11 +27,8 @@ fn updated(readme: &str) -> Option<String> {
         ),
         ("Warnings", warnings()),
     ];
-    let tables: String = tables
-        .iter()
-        .map(|(title, faults)| format!("### {title}\n\n{}\n", markdown_table(faults)))
-        .collect();
-    Some(format!("{before}{BEGIN}\n\n{tables}{END}{after}"))
+    let tables = tables.map(|(title, faults)| format!("### {title}\n\n{}\n", markdown_table(faults)));
+    Some(format!("{before}{BEGIN}\n\n{}{END}{after}", tables.concat()))
 }
 
 #[cfg(test)]

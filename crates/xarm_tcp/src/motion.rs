@@ -26,13 +26,13 @@ pub(crate) struct Conversation {
 
 impl Conversation {
     /// Servos on, servo mode, ready; then a connection for set-points.
-    pub(crate) async fn arm(self) -> Result<Stream, ArmError> {
+    pub(crate) async fn arm(self) -> Result<Box<Stream>, ArmError> {
         self.require_reports()?;
         if let Some(fault) = self.error().await?.fault() {
             return Err(ArmError::Fault(fault));
         }
         self.make_ready(Mode::Servo).await?;
-        let stream = Stream::new(self.connect_stream().await?);
+        let stream = Box::new(Stream::new(self.connect_stream().await?));
         let still = self.observed.borrow().both().is_ok_and(|(motion, _)| motion.follows());
         if still {
             return Ok(stream);

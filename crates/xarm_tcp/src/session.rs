@@ -135,10 +135,12 @@ impl<'a> Session<'a> {
         };
         self.end_stream(End::Fault(StreamFault::NotReady), "the arm was stopped");
         self.running.cancel_unless_stopping(stopped());
-        let (stops, others): (VecDeque<_>, _) = std::mem::take(&mut self.waiting)
+        let (stops, others): (VecDeque<_>, VecDeque<_>) = std::mem::take(&mut self.waiting)
             .into_iter()
             .partition(|job| matches!(job, Job::Stop { .. }));
-        others.into_iter().for_each(|job: Job| job.fail(stopped()));
+        for job in others {
+            job.fail(stopped());
+        }
         self.waiting = stops;
         self.waiting.push_back(job);
     }
@@ -162,7 +164,7 @@ impl<'a> Session<'a> {
                 self.shared.count(|statistics| statistics.streams += 1);
                 self.tell();
                 // A stream that nobody takes is dropped, and so ends.
-                answer(reply, Ok(Box::new(stream)));
+                answer(reply, Ok(stream));
             }
             Done::Arm(Err(error), reply) => {
                 tracing::warn!(%error, "the arm was not armed");

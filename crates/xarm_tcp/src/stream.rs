@@ -1,6 +1,8 @@
 //! Set-points, on a connection of their own: the thread that sends them shares no lock and no socket with anybody.
 
 mod replies;
+#[cfg(test)]
+mod tests;
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;

@@ -14,14 +14,14 @@ type StreamReply = Reply<Box<dyn SetPointStream>>;
 /// Whoever waits for it gets an answer; nobody waits for the driver's own stops.
 pub(crate) enum Running {
     Nothing,
-    Arm(Work<Stream>, Option<StreamReply>),
+    Arm(Work<Box<Stream>>, Option<StreamReply>),
     Stop(Work<()>, Option<Reply<()>>),
     Recover(Work<()>, Option<Reply<()>>),
 }
 
 /// How it ended, and who wants to know.
 pub(crate) enum Done {
-    Arm(Result<Stream, ArmError>, Option<StreamReply>),
+    Arm(Result<Box<Stream>, ArmError>, Option<StreamReply>),
     Stop(Result<(), ArmError>, Option<Reply<()>>),
     Recover(Result<(), ArmError>, Option<Reply<()>>),
 }

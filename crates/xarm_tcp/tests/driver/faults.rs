@@ -63,6 +63,21 @@ async fn an_emergency_stop_is_for_a_person_to_end() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn an_error_of_a_servo_tells_what_the_servo_says() {
+    let rig = Rig::connected().await;
+    rig.controller.raise_error(13);
+    let found = fault(&rig).await;
+    assert!(
+        found
+            .description
+            .contains("Servo of joint 3, code 23: the joint is far from its commanded position"),
+        "{}",
+        found.description
+    );
+    assert_eq!(found.recovery, FaultRecovery::AfterLook);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn what_needs_no_person_is_recovered_at_once() {
     let rig = Rig::connected().await;
     rig.controller.raise_error(24);

@@ -30,6 +30,23 @@ async fn a_controller_that_goes_away_mid_motion_is_found_when_it_is_back() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn connections_that_are_cut_are_made_anew() {
+    let rig = Rig::connected().await;
+    let sender = Sender::start(rig.armed().await, PATIENCE);
+    rig.wait_for_condition(ArmCondition::Moving).await;
+    rig.controller.drop_clients();
+    assert_eq!(sender.end().await.fault, Some(StreamFault::Disconnected));
+    let mut state = rig.arm.state();
+    let again = state.wait_for(|state| is_connected(state) && rig.arm.statistics().reconnects() == 1);
+    tokio::time::timeout(PATIENCE, again)
+        .await
+        .expect("in time")
+        .expect("it runs");
+    rig.wait_for_condition(ArmCondition::Disarmed).await;
+    rig.armed().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_pause_of_15_ms_loses_nothing() {
     let rig = Rig::connected().await;
     let sender = Sender::start(rig.armed().await, Duration::from_millis(600));
