@@ -22,13 +22,17 @@ pub trait Arm: Send + Sync {
     /// stream ends. Clears no fault: an arm that has one is refused.
     fn arm(&self) -> BoxFuture<'_, Result<Box<dyn SetPointStream>, ArmError>>;
 
-    /// Ends the stream, and lets the controller decelerate and hold. Works in every state, as far as the arm can be
-    /// reached.
+    /// Ends the stream, and lets the controller decelerate and hold; done when the arm is reported to stand. Comes before
+    /// everything else that was asked for, and ends it. Works in every state, as far as the arm can be reached.
     fn stop(&self) -> BoxFuture<'_, Result<(), ArmError>>;
 
-    /// Clears a fault, if that is allowed without a person, and switches the servos on again; the arm holds where it
-    /// stands and follows nothing until it is armed. `looked` says that a person has looked at an arm that touched
-    /// something ([`FaultRecovery::AfterLook`]).
+    /// Clears a fault, if that is allowed, and switches the servos on again; the arm holds where it stands and follows
+    /// nothing until it is armed. `looked` says that a person has looked at an arm that touched something
+    /// ([`FaultRecovery::AfterLook`]).
+    ///
+    /// # Errors
+    /// [`ArmError::Refused`] when nobody has looked, or when it would not help; [`ArmError::Fault`] when the fault is
+    /// there still, as with an emergency stop that is pressed.
     fn recover(&self, looked: bool) -> BoxFuture<'_, Result<(), ArmError>>;
 }
 
@@ -43,8 +47,8 @@ pub trait SetPointStream: Send {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StreamFault {
-    /// The connection was closed, or takes nothing any more.
-    #[error("the connection for set-points is lost")]
+    /// The connection was closed or takes nothing any more, or nothing is reported of the arm any more.
+    #[error("the connection to the arm is lost")]
     Disconnected,
     /// The controller has an error.
     #[error("the controller has an error and takes no set-points")]
@@ -52,8 +56,9 @@ pub enum StreamFault {
     /// The controller would not move: it was stopped, or its mode was changed by another client.
     #[error("the controller takes no set-points: it was stopped, or another client changed its mode")]
     NotReady,
-    /// The controller did not understand the set-point.
-    #[error("the controller refused a set-point")]
+    /// The set-point has angles that are no numbers, or the controller refused it: it cannot do it, or another client has
+    /// just changed its mode.
+    #[error("a set-point was refused")]
     Refused,
     /// Set-points are sent, but none is answered.
     #[error("the controller has answered none of the last set-points")]
@@ -74,7 +79,7 @@ pub struct ArmState {
 /// Whether the controller answers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ArmLink {
-    /// It does not. The driver keeps trying.
+    /// It does not, or its reports do not come. The driver keeps trying.
     Disconnected {
         /// For people.
         reason: String,
@@ -95,9 +100,9 @@ pub enum ArmLink {
 pub enum ArmCondition {
     /// Nothing is known of it.
     Unknown,
-    /// The servos are off, or the controller waits to be made ready; no fault.
+    /// The servos are off, the controller waits to be made ready, or there is no stream that it follows; no fault.
     Disarmed,
-    /// It would follow set-points.
+    /// It follows the set-points of the stream that was handed over.
     Armed,
     /// It is moving.
     Moving,
@@ -136,9 +141,9 @@ pub enum FaultRecovery {
 pub struct JointReading {
     /// Radians.
     pub angles: JointValues,
-    /// rad/s; from successive angles where the controller does not tell.
+    /// rad/s; from successive angles where the controller does not tell, 0 at the first report.
     pub velocities: JointValues,
-    /// Nm, as the controller estimates them.
+    /// Nm, as the controller estimates them; NaN where it reports something else.
     pub torques: JointValues,
     /// When the report came in.
     pub received_at: Instant,

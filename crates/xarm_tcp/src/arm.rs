@@ -68,7 +68,9 @@ impl XArm {
         let reply = asked.await?;
         let refused = |reason: String| ArmError::Refused { reason };
         if reply.status.has(Status::INVALID) {
-            return Err(refused("the controller does not know its calibrated dimensions".to_owned()));
+            return Err(refused(
+                "the controller does not know its calibrated dimensions".to_owned(),
+            ));
         }
         let numbers = reply
             .read_floats()

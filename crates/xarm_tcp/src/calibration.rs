@@ -54,8 +54,7 @@ fn check(joint: usize, row: &ModifiedDh) -> Result<(), ArmError> {
         ("a", row.a, a, row.a - a, MOST_METRES, "m"),
     ];
     for (what, found, nominal, difference, most, unit) in differences {
-        // Written so that what is no number is refused, too.
-        if !(difference.abs() <= most) {
+        if difference.is_nan() || difference.abs() > most {
             return Err(ArmError::Refused {
                 reason: format!(
                     "the calibrated {what} of joint {} is {found:.4} {unit}, allowed is {nominal:.4} within {most} {unit}",

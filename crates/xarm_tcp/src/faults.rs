@@ -1,5 +1,7 @@
 //! Faults in the cell's words.
 
+use std::fmt::Write;
+
 use devices::{ARM_JOINTS, ArmFault, FaultRecovery};
 use xarm_protocol::{Fault, Recovery, controller_error, servo_error};
 
@@ -28,7 +30,13 @@ impl KnownError {
         let mut worst = fault.recovery;
         if is_of_servo(self.code) {
             for (joint, servo) in self.servo_errors() {
-                description += &format!(". Servo of joint {joint}, code {}: {}", servo.code, text(&servo));
+                // Writing to a string cannot fail.
+                let _ = write!(
+                    description,
+                    ". Servo of joint {joint}, code {}: {}",
+                    servo.code,
+                    text(&servo)
+                );
                 worst = graver(worst, servo.recovery);
             }
         }
@@ -85,7 +93,9 @@ mod tests {
         };
         let fault = fault.fault().expect("13 is one");
         assert!(
-            fault.description.contains("Servo of joint 3, code 19: the encoder's battery"),
+            fault
+                .description
+                .contains("Servo of joint 3, code 19: the encoder's battery"),
             "{}",
             fault.description
         );

@@ -26,13 +26,13 @@ pub(crate) struct Conversation {
 
 impl Conversation {
     /// Servos on, servo mode, ready; then a connection for set-points.
-    pub(crate) async fn arm(self) -> Result<Stream, ArmError> {
+    pub(crate) async fn arm(self) -> Result<Box<Stream>, ArmError> {
         self.require_reports()?;
         if let Some(fault) = self.error().await?.fault() {
             return Err(ArmError::Fault(fault));
         }
         self.make_ready(Mode::Servo).await?;
-        let stream = Stream::new(self.connect_stream().await?);
+        let stream = Box::new(Stream::new(self.connect_stream().await?));
         let still = self.observed.borrow().both().is_ok_and(|(motion, _)| motion.follows());
         if still {
             return Ok(stream);
@@ -44,23 +44,35 @@ impl Conversation {
 
     /// Decelerates; if that does not help, stops.
     pub(crate) async fn stop(self) -> Result<(), ArmError> {
-        for command in [StateCommand::Decelerate, StateCommand::Stop] {
-            let since = Instant::now();
-            let asked = self
-                .link
-                .control
-                .ask_now("stop", Request::SetState(command), self.timeouts.reply);
-            // The state is in force when it is answered; older firmware may not know how to decelerate.
-            let refused = asked.await?.status.has(Status::INVALID);
-            let stopped = |motion: &Motion| motion.state == State::Stopped && motion.received_at > since;
-            if !refused && self.motion_becomes(stopped).await {
-                return Ok(());
-            }
+        let stands = self.observed.borrow().motion.as_ref().is_ok_and(Motion::stands);
+        if !stands && self.reach_stop(StateCommand::Decelerate).await? {
+            return Ok(());
+        }
+        if self.reach_stop(StateCommand::Stop).await? {
+            return Ok(());
         }
         Err(ArmError::Timeout {
             what: "the stop of the arm",
-            timeout: 2 * self.timeouts.stop,
+            timeout: self.timeouts.stop,
         })
+    }
+
+    /// Whether a state from after the command is reported as stopped in time.
+    async fn reach_stop(&self, command: StateCommand) -> Result<bool, ArmError> {
+        let since = Instant::now();
+        let request = Request::SetState(command);
+        let reply = self.link.control.ask_now("stop", request, self.timeouts.reply).await?;
+        // Not every firmware knows how to decelerate.
+        if reply.status.has(Status::INVALID) {
+            return Ok(false);
+        }
+        let mut observed = self.observed.clone();
+        let stopped = |motion: &Motion| motion.state == State::Stopped && motion.received_at > since;
+        let waiting = observed.wait_for(|observed| observed.motion.as_ref().is_ok_and(stopped));
+        Ok(matches!(
+            tokio::time::timeout(self.timeouts.stop, waiting).await,
+            Ok(Ok(_))
+        ))
     }
 
     /// Cleans errors as far as they may be cleaned; servos on, position mode: the arm holds and follows nothing.
@@ -168,12 +180,6 @@ impl Conversation {
                 timeout: self.timeouts.settle,
             }),
         }
-    }
-
-    async fn motion_becomes(&self, mut wanted: impl FnMut(&Motion) -> bool) -> bool {
-        let mut observed = self.observed.clone();
-        let waiting = observed.wait_for(|observed| observed.motion.as_ref().is_ok_and(&mut wanted));
-        matches!(tokio::time::timeout(self.timeouts.stop, waiting).await, Ok(Ok(_)))
     }
 
     async fn becomes(&self, patience: Duration, mut wanted: impl FnMut(&Motion, &Health) -> bool) -> bool {

@@ -79,6 +79,11 @@ impl Motion {
         self.is_ready(Mode::Servo)
     }
 
+    /// Whether nothing moves that would have to slow down.
+    pub(crate) fn stands(&self) -> bool {
+        matches!(self.state, State::Stopped | State::Changed | State::Paused)
+    }
+
     /// Whether the controller is ready in this mode.
     pub(crate) fn is_ready(&self, mode: Mode) -> bool {
         self.mode == mode && matches!(self.state, State::Moving | State::Ready)

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use devices::{ArmCondition, ArmError, ArmLink, ArmState, StreamFault};
+use devices::{ArmCondition, ArmError, ArmLink, StreamFault};
 use futures::FutureExt;
 use futures::future::BoxFuture;
 use tokio::sync::mpsc::UnboundedReceiver;
@@ -22,11 +22,11 @@ use crate::faults::KnownError;
 use crate::greeting::Link;
 use crate::job::Job;
 use crate::motion::Conversation;
-use crate::observed::Observed;
+use crate::observed::{Motion, Observed};
 use crate::reports::{self, Source};
 use crate::shared::Shared;
 use crate::stream_end::End;
-use running::{Done, Running};
+use running::{Done, Running, answer};
 use watched::{Verdict, WatchedStream};
 
 const CLOSE_PATIENCE: Duration = Duration::from_millis(300);
@@ -46,12 +46,14 @@ pub(crate) struct Session<'a> {
     error: (KnownError, Instant),
     inquiry: Option<BoxFuture<'static, Result<KnownError, LinkError>>>,
     next_inquiry: Instant,
+    last_state: Option<State>,
 }
 
 impl<'a> Session<'a> {
     pub(crate) fn new(config: &'a XArmConfig, link: Link, task: ControlTask, shared: &'a Arc<Shared>) -> Self {
         let (sender, observed) = watch::channel(Observed::nothing());
-        let follow = |source| AbortOnDropHandle::new(tokio::spawn(reports::follow(source, sender.clone(), shared.clone())));
+        let follow =
+            |source| AbortOnDropHandle::new(tokio::spawn(reports::follow(source, sender.clone(), shared.clone())));
         let reports = sources(config).map(follow);
         let identity = &link.identity;
         tracing::info!(firmware = %identity.firmware, serial = identity.arm_serial, "arm connected");
@@ -70,6 +72,7 @@ impl<'a> Session<'a> {
             error: (KnownError::NONE, now),
             inquiry: None,
             next_inquiry: now,
+            last_state: None,
         };
         session.tell();
         session
@@ -84,7 +87,7 @@ impl<'a> Session<'a> {
         };
         self.end_stream(End::Fault(StreamFault::Disconnected), &reason);
         self.shared.disconnect(reason.clone());
-        self.running.cancel(|| ArmError::Disconnected { reason: reason.clone() });
+        self.running.cancel(ArmError::Disconnected { reason: reason.clone() });
         for job in self.waiting.drain(..) {
             job.fail(ArmError::Disconnected { reason: reason.clone() });
         }
@@ -131,11 +134,13 @@ impl<'a> Session<'a> {
             reason: "the arm was stopped meanwhile".to_owned(),
         };
         self.end_stream(End::Fault(StreamFault::NotReady), "the arm was stopped");
-        self.running.cancel_unless_stopping(stopped);
-        let (stops, others): (VecDeque<_>, _) = std::mem::take(&mut self.waiting)
+        self.running.cancel_unless_stopping(stopped());
+        let (stops, others): (VecDeque<_>, VecDeque<_>) = std::mem::take(&mut self.waiting)
             .into_iter()
             .partition(|job| matches!(job, Job::Stop { .. }));
-        others.into_iter().for_each(|job: Job| job.fail(stopped()));
+        for job in others {
+            job.fail(stopped());
+        }
         self.waiting = stops;
         self.waiting.push_back(job);
     }
@@ -153,29 +158,28 @@ impl<'a> Session<'a> {
     }
 
     fn finish(&mut self, done: Done) {
-        // Whoever asked may have gone; a stream that nobody takes is dropped and so ends.
         match done {
             Done::Arm(Ok(stream), reply) => {
                 self.stream = Some(WatchedStream::new(stream.end().clone()));
                 self.shared.count(|statistics| statistics.streams += 1);
                 self.tell();
-                let _ = reply.send(Ok(Box::new(stream)));
+                // A stream that nobody takes is dropped, and so ends.
+                answer(reply, Ok(stream));
             }
             Done::Arm(Err(error), reply) => {
                 tracing::warn!(%error, "the arm was not armed");
-                let _ = reply.send(Err(error));
+                answer(reply, Err(error));
             }
             Done::Stop(result, reply) => {
                 self.note("stop", &result);
-                reply.map(|reply| reply.send(result));
+                answer(reply, result);
             }
             Done::Recover(result, reply) => {
-                self.note("recover", &result);
                 if result.is_ok() {
                     self.error = (KnownError::NONE, Instant::now());
                 }
-                self.tell();
-                let _ = reply.send(result);
+                self.note("recover", &result);
+                answer(reply, result);
             }
         }
         self.inquire();
@@ -208,24 +212,8 @@ impl<'a> Session<'a> {
     fn learn(&mut self, error: KnownError) {
         self.inquiry = None;
         self.set_error(error, Instant::now());
-        if self.stream.as_mut().is_some_and(WatchedStream::take_suspicion) {
-            self.end_suspect();
-        }
-    }
-
-    /// The controller does not follow, and it is known whether it has an error.
-    fn end_suspect(&mut self) {
-        if let Some(fault) = self.error.0.fault() {
-            let reason = format!("fault {}: {}", fault.code, fault.description);
-            return self.end_stream(End::Fault(StreamFault::ControllerError), &reason);
-        }
-        let observed = self.observed.borrow().clone();
-        if let Ok(motion) = observed.motion.as_ref()
-            && !motion.follows()
-        {
-            let (mode, state) = (motion.mode.number(), motion.state.number());
-            let reason = format!("another client changed the arm's mode or state (now mode {mode}, state {state})");
-            self.end_stream(End::Fault(StreamFault::NotReady), &reason);
+        if let Some(stream) = &mut self.stream {
+            stream.answered();
         }
     }
 
@@ -247,10 +235,15 @@ impl<'a> Session<'a> {
         {
             self.set_error(health.error, health.received_at);
         }
+        let state = observed.motion.as_ref().ok().map(|motion| motion.state);
+        if std::mem::replace(&mut self.last_state, state) != state && state == Some(State::Stopped) {
+            // The error that may be behind it is reported 20 times less often.
+            self.inquire();
+        }
         let Some(stream) = &mut self.stream else { return };
         match stream.judge(&observed, self.error.0) {
             Verdict::Lives => {}
-            Verdict::Suspect => self.inquire(),
+            Verdict::Doubtful => self.inquire(),
             Verdict::Ended(end, reason) => self.end_stream(end, &reason),
         }
     }
@@ -260,16 +253,15 @@ impl<'a> Session<'a> {
         let Some(stream) = self.stream.take() else { return };
         let end = stream.end(end);
         tracing::info!(reason, ?end, "the stream of set-points ended");
-        let is_fault = matches!(end, End::Fault(fault) if fault != StreamFault::NotReady);
-        self.shared.count(|statistics| {
-            statistics.last_stream_end = Some(reason.to_owned());
-            statistics.stream_faults += u64::from(is_fault);
-        });
+        self.shared
+            .count(|statistics| statistics.last_stream_end = Some(reason.to_owned()));
         let stop = matches!(
             end,
             End::Fault(StreamFault::Disconnected | StreamFault::Refused | StreamFault::Silent)
         );
-        if stop && self.running.is_idle() {
+        // An arm that another client has taken is left to it.
+        let follows = self.observed.borrow().motion.as_ref().map_or(true, Motion::follows);
+        if stop && follows && self.running.is_idle() {
             self.running = Running::stop(self.conversation(), None);
         }
     }
@@ -301,11 +293,10 @@ impl<'a> Session<'a> {
                 reason: reason.to_owned(),
             },
         };
-        self.shared.tell(ArmState {
-            link,
-            condition: self.condition(&observed),
-            joints: observed.reading(),
-        });
+        // What is wrong is told when it is known, a report later.
+        let is_doubtful = self.stream.as_ref().is_some_and(WatchedStream::is_doubtful);
+        let condition = (!is_doubtful).then(|| self.condition(&observed));
+        self.shared.tell(link, condition, observed.reading());
     }
 
     fn condition(&self, observed: &Observed) -> ArmCondition {

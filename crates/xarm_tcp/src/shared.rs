@@ -1,6 +1,6 @@
 //! What the driver's task tells everybody.
 
-use devices::{ArmCondition, ArmError, ArmLink, ArmState};
+use devices::{ArmCondition, ArmError, ArmLink, ArmState, JointReading};
 use parking_lot::Mutex;
 use tokio::sync::watch;
 
@@ -39,8 +39,14 @@ impl Shared {
         change(&mut self.statistics.lock());
     }
 
-    pub(crate) fn tell(&self, state: ArmState) {
-        self.state.send_replace(state);
+    /// The condition stays where there is none.
+    pub(crate) fn tell(&self, link: ArmLink, condition: Option<ArmCondition>, joints: Option<JointReading>) {
+        self.state.send_modify(|state| {
+            state.link = link;
+            state.condition = condition.unwrap_or_else(|| state.condition.clone());
+            // A reading outlives the connection that it came by.
+            state.joints = joints.or(state.joints);
+        });
     }
 
     /// The controller, for those who do not move the arm.

@@ -7,8 +7,6 @@ pub struct ArmStatistics {
     pub report_failures: u64,
     /// Streams of set-points that were handed over.
     pub streams: u64,
-    /// Streams that ended with a fault.
-    pub stream_faults: u64,
     /// Why the newest stream ended, for people.
     pub last_stream_end: Option<String>,
     /// The newest fault, for people.

@@ -1,6 +1,8 @@
 //! Set-points, on a connection of their own: the thread that sends them shares no lock and no socket with anybody.
 
 mod replies;
+#[cfg(test)]
+mod tests;
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -153,7 +155,8 @@ impl SetPointStream for Stream {
             Some(End::Fault(fault)) => return Err(fault),
             Some(End::Dropped) => return Err(StreamFault::NotReady),
         }
-        self.try_send(angles).inspect_err(|fault| self.end.end(End::Fault(*fault)))
+        self.try_send(angles)
+            .inspect_err(|fault| self.end.end(End::Fault(*fault)))
     }
 }
 

@@ -11,27 +11,27 @@ use crate::stream::Stream;
 type Work<T> = BoxFuture<'static, Result<T, ArmError>>;
 type StreamReply = Reply<Box<dyn SetPointStream>>;
 
+/// Whoever waits for it gets an answer; nobody waits for the driver's own stops.
 pub(crate) enum Running {
     Nothing,
-    Arm(Work<Stream>, StreamReply),
-    /// Nobody waits for the driver's own stops.
+    Arm(Work<Box<Stream>>, Option<StreamReply>),
     Stop(Work<()>, Option<Reply<()>>),
-    Recover(Work<()>, Reply<()>),
+    Recover(Work<()>, Option<Reply<()>>),
 }
 
 /// How it ended, and who wants to know.
 pub(crate) enum Done {
-    Arm(Result<Stream, ArmError>, StreamReply),
+    Arm(Result<Box<Stream>, ArmError>, Option<StreamReply>),
     Stop(Result<(), ArmError>, Option<Reply<()>>),
-    Recover(Result<(), ArmError>, Reply<()>),
+    Recover(Result<(), ArmError>, Option<Reply<()>>),
 }
 
 impl Running {
     pub(crate) fn start(job: Job, conversation: Conversation) -> Self {
         match job {
-            Job::Arm { reply } => Self::Arm(conversation.arm().boxed(), reply),
+            Job::Arm { reply } => Self::Arm(conversation.arm().boxed(), Some(reply)),
             Job::Stop { reply } => Self::stop(conversation, Some(reply)),
-            Job::Recover { looked, reply } => Self::Recover(conversation.recover(looked).boxed(), reply),
+            Job::Recover { looked, reply } => Self::Recover(conversation.recover(looked).boxed(), Some(reply)),
         }
     }
 
@@ -45,42 +45,35 @@ impl Running {
 
     /// Waits for ever when there is nothing; may be given up and called again.
     pub(crate) async fn done(&mut self) -> Done {
-        match self {
+        let done = match self {
             Self::Nothing => std::future::pending().await,
-            Self::Arm(work, _) => {
-                let result = work.await;
-                match std::mem::replace(self, Self::Nothing) {
-                    Self::Arm(_, reply) => Done::Arm(result, reply),
-                    _ => unreachable!("it was armed a moment ago"),
-                }
-            }
-            Self::Stop(work, reply) => {
-                let done = Done::Stop(work.await, reply.take());
-                *self = Self::Nothing;
-                done
-            }
-            Self::Recover(work, _) => {
-                let result = work.await;
-                match std::mem::replace(self, Self::Nothing) {
-                    Self::Recover(_, reply) => Done::Recover(result, reply),
-                    _ => unreachable!("it recovered a moment ago"),
-                }
-            }
-        }
+            Self::Arm(work, reply) => Done::Arm(work.await, reply.take()),
+            Self::Stop(work, reply) => Done::Stop(work.await, reply.take()),
+            Self::Recover(work, reply) => Done::Recover(work.await, reply.take()),
+        };
+        *self = Self::Nothing;
+        done
     }
 
     /// Gives it up, and says so.
-    pub(crate) fn cancel(&mut self, error: impl Fn() -> ArmError) {
+    pub(crate) fn cancel(&mut self, error: ArmError) {
         match std::mem::replace(self, Self::Nothing) {
-            Self::Nothing | Self::Stop(_, None) => {}
-            Self::Arm(_, reply) => drop(reply.send(Err(error()))),
-            Self::Stop(_, Some(reply)) | Self::Recover(_, reply) => drop(reply.send(Err(error()))),
+            Self::Nothing => {}
+            Self::Arm(_, reply) => answer(reply, Err(error)),
+            Self::Stop(_, reply) | Self::Recover(_, reply) => answer(reply, Err(error)),
         }
     }
 
-    pub(crate) fn cancel_unless_stopping(&mut self, error: impl Fn() -> ArmError) {
+    pub(crate) fn cancel_unless_stopping(&mut self, error: ArmError) {
         if !matches!(self, Self::Stop(..)) {
             self.cancel(error);
         }
+    }
+}
+
+/// Whoever asked may have gone.
+pub(crate) fn answer<T>(reply: Option<Reply<T>>, result: Result<T, ArmError>) {
+    if let Some(reply) = reply {
+        let _ = reply.send(result);
     }
 }
