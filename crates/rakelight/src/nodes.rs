@@ -13,12 +13,13 @@ use crate::ending::asked_to_end;
 use crate::failure::Failure;
 
 /// The nodes that this binary has.
-pub(crate) const NODES: [&str; 5] = [
+pub(crate) const NODES: [&str; 6] = [
     bag_player::NAME,
     bag_recorder::NAME,
     camera_capture::NAME,
     light_sequencer::NAME,
     normal_solver::NAME,
+    trajectory_executor::NAME,
 ];
 
 #[derive(Args)]
@@ -80,6 +81,7 @@ impl Running {
             bag_recorder::NAME => Box::pin(async { Ok(bag_recorder::run(served).await?) }),
             camera_capture::NAME => Box::pin(async { Ok(camera_capture::run(served).await?) }),
             light_sequencer::NAME => Box::pin(async { Ok(light_sequencer::run(served).await?) }),
+            trajectory_executor::NAME => Box::pin(async { Ok(trajectory_executor::run(served).await?) }),
             bag_player::NAME => Box::pin(async { Ok(bag_player::run(served).await.map(drop)?) }),
             _ => return Err(Failure::usage(anyhow!("no node {name:?}; known: {}", NODES.join(", ")))),
         };
@@ -114,7 +116,7 @@ impl Running {
 fn failure(error: anyhow::Error) -> Failure {
     use {
         bag_player as player, bag_recorder as recorder, camera_capture as capture, light_sequencer as lights,
-        normal_solver as solver,
+        normal_solver as solver, trajectory_executor as executor,
     };
     let player = matches!(
         error.downcast_ref(),
@@ -136,7 +138,11 @@ fn failure(error: anyhow::Error) -> Failure {
         error.downcast_ref(),
         Some(solver::Error::Parameter(_) | solver::Error::LightLists { .. })
     );
-    if player || recorder || capture || lights || solver {
+    let executor = matches!(
+        error.downcast_ref(),
+        Some(executor::Error::Parameter(_) | executor::Error::Description { .. } | executor::Error::Value { .. })
+    );
+    if player || recorder || capture || lights || solver || executor {
         return Failure::usage(error);
     }
     Failure::from(error)

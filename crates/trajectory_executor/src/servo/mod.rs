@@ -130,6 +130,12 @@ pub struct Servo {
     thread: Option<JoinHandle<()>>,
 }
 
+/// The same loop without its thread, turned by hand: a minute of it takes no minute.
+pub struct SteppedServo {
+    cycle: Cycle,
+    servo: Servo,
+}
+
 /// Stops, permits and looks on from anywhere, without the [`Servo`] itself.
 #[derive(Clone)]
 pub struct ServoRemote {
@@ -139,21 +145,29 @@ pub struct ServoRemote {
 impl Servo {
     /// Starts the thread; it sends nothing until a stream is engaged.
     pub fn start(config: ServoConfig) -> std::io::Result<Self> {
+        let priority = config.priority;
+        let (mut servo, cycle) = Self::new(config);
+        let (thread, realtime) = thread::start(cycle, priority)?;
+        servo.realtime = realtime;
+        servo.thread = Some(thread);
+        Ok(servo)
+    }
+
+    fn new(config: ServoConfig) -> (Self, Cycle) {
         let (commands, taken) = RingBuffer::new(RING);
         let (told, events) = RingBuffer::new(RING);
         let (thrown, waste) = RingBuffer::new(RING);
         let shared = Arc::new(Shared::new());
-        let priority = config.priority;
         let cycle = Cycle::new(config, taken, told, thrown, Arc::clone(&shared));
-        let (thread, realtime) = thread::start(cycle, priority)?;
-        Ok(Self {
+        let servo = Self {
             commands,
             events,
             waste,
             shared,
-            realtime,
-            thread: Some(thread),
-        })
+            realtime: RealTime::not_asked_for(),
+            thread: None,
+        };
+        (servo, cycle)
     }
 
     /// What the system has permitted.
@@ -193,6 +207,24 @@ impl Servo {
         ServoRemote {
             shared: Arc::clone(&self.shared),
         }
+    }
+}
+
+impl SteppedServo {
+    /// Sends nothing until a stream is engaged.
+    pub fn new(config: ServoConfig) -> Self {
+        let (servo, cycle) = Servo::new(config);
+        Self { cycle, servo }
+    }
+
+    /// To command it.
+    pub fn servo(&mut self) -> &mut Servo {
+        &mut self.servo
+    }
+
+    /// What is done each period, on a wake-up that is so late.
+    pub fn turn(&mut self, late: Duration) {
+        self.cycle.turn(late, PERIOD + late);
     }
 }
 

@@ -16,6 +16,14 @@ pub struct RealTime {
 }
 
 impl RealTime {
+    pub(super) fn not_asked_for() -> Self {
+        let reason = "not asked for".to_owned();
+        Self {
+            scheduling: Err(reason.clone()),
+            memory: Err(reason),
+        }
+    }
+
     /// For people: what is missing, and how to permit it; none when nothing is.
     pub fn complaint(&self) -> Option<String> {
         let mut missing = Vec::new();
@@ -38,11 +46,7 @@ impl RealTime {
 /// For the calling thread; 0 asks for nothing.
 pub(super) fn become_punctual(priority: u8) -> RealTime {
     if priority == 0 {
-        let reason = "not asked for".to_owned();
-        return RealTime {
-            scheduling: Err(reason.clone()),
-            memory: Err(reason),
-        };
+        return RealTime::not_asked_for();
     }
     RealTime {
         scheduling: schedule(priority),
