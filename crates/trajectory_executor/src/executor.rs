@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use devices::{Arm, ArmCondition, ArmState, JointValues};
 use kinematics::ModifiedDh;
+use nalgebra::SVector;
 use parking_lot::{Mutex, RwLock};
 use tokio::sync::{oneshot, watch};
 use trajectory::Trajectory;
@@ -183,23 +184,20 @@ impl Executor {
         let id = self.last_id.fetch_add(1, Ordering::Relaxed) + 1;
         let duration = Duration::from_secs_f64(trajectory.duration());
         let (ends, ended) = oneshot::channel();
-        let mut waiting = self.waiting.lock();
-        let mut refusal = None;
+        let mut begun = Ok(());
+        // Within this no stop can be requested: one before is seen here, one after is seen by the servo loop.
         self.standing.send_if_modified(|standing| {
-            refusal = standing.require_ready().err();
-            if refusal.is_none() {
+            begun = standing.require_ready();
+            if begun.is_ok() && !self.servo.lock().follow(id, Box::new(trajectory)) {
+                begun = Err(not_ready("the servo loop takes no commands"));
+            }
+            if begun.is_ok() {
+                *self.waiting.lock() = Some((id, ends));
                 *standing = Standing::Moving;
             }
-            refusal.is_none()
+            begun.is_ok()
         });
-        if let Some(refusal) = refusal {
-            return Err(refusal);
-        }
-        *waiting = Some((id, ends));
-        drop(waiting);
-        if !self.servo.lock().follow(id, Box::new(trajectory)) {
-            self.end(id, Err(not_ready("the servo loop takes no commands")));
-        }
+        begun?;
         Ok(Running {
             began: Instant::now(),
             duration,
@@ -212,47 +210,35 @@ impl Executor {
         self.standing.send_if_modified(|standing| {
             let moves = *standing == Standing::Moving;
             if moves {
+                self.remote.stop();
                 *standing = Standing::Stopping { latched: None };
             }
             moves
         });
-        self.remote.stop();
     }
 
     /// Decelerates, and refuses motions until somebody calls `recover`.
     pub(crate) async fn stop(&self, reason: &str) -> Result<(), MotionError> {
-        self.remote.stop();
-        let mut is_moving = false;
         self.standing.send_if_modified(|standing| {
-            is_moving = standing.is_moving();
+            self.remote.stop();
             let stopped = standing.stopped(reason);
             let is_new = *standing != stopped;
             *standing = stopped;
             is_new
         });
-        if !is_moving {
-            return self.stop_by_controller_if_loose().await;
-        }
         let mut standing = self.standing.subscribe();
         let rests = standing.wait_for(|standing| !standing.is_moving());
-        if tokio::time::timeout(STOP_TIMEOUT, rests).await.is_ok() {
+        let rests = tokio::time::timeout(STOP_TIMEOUT, rests).await;
+        let is_held = matches!(rests, Ok(Ok(standing)) if matches!(*standing, Standing::Stopped { .. }));
+        if is_held {
             return Ok(());
         }
-        tracing::error!("the servo loop did not stop the arm; its controller is asked to");
+        // An arm that this node does not hold, or has lost, may be moved by somebody else.
         Ok(self.arm.stop().await?)
     }
 
-    /// An arm that this node does not hold may be moved by somebody else.
-    async fn stop_by_controller_if_loose(&self) -> Result<(), MotionError> {
-        let is_held = matches!(*self.standing.borrow(), Standing::Stopped { .. });
-        if is_held && self.arm.state().borrow().condition != ArmCondition::Moving {
-            return Ok(());
-        }
-        Ok(self.arm.stop().await?)
-    }
-
-    /// From whatever it is to ready, or why not. The caller has looked at the arm.
-    pub(crate) async fn recover(&self, home: &JointValues, base: &str) -> Result<(), MotionError> {
+    /// From whatever it is to ready, or why not. `looked`: somebody has looked at an arm that touched something.
+    pub(crate) async fn recover(&self, home: &JointValues, base: &str, looked: bool) -> Result<(), MotionError> {
         let _alone = self.recovering.lock().await;
         if self.standing.borrow().is_moving() {
             return Err(MotionError::Busy);
@@ -263,7 +249,7 @@ impl Executor {
         self.remote.forbid();
         let _ = self.servo.lock().release();
         self.standing.send_replace(Standing::Disarmed);
-        self.arm.recover(true).await?;
+        self.arm.recover(looked).await?;
         self.take_dimensions(home, base).await?;
         self.engage().await
     }
@@ -296,6 +282,7 @@ impl Executor {
     async fn engage(&self) -> Result<(), MotionError> {
         let stream = self.arm.arm().await?;
         let at = self.measured()?;
+        self.model().chain.require_limits(&SVector::from(at))?;
         let engaged = self.engaged.notified();
         if !self.servo.lock().engage(stream, at) {
             return Err(not_ready("the servo loop takes no commands"));

@@ -140,7 +140,7 @@ async fn arm_when_there(desk: Arc<Desk>) {
         );
         return;
     }
-    match desk.recover().await {
+    match desk.recover(false).await {
         Ok(message) => tracing::info!("{message}"),
         Err(error) => tracing::warn!(%error, "the arm is not armed; `recover` arms it"),
     }

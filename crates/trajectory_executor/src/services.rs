@@ -52,7 +52,7 @@ impl Services {
         };
         serve(tasks, stop, "stop", |desk| Box::pin(async move { desk.stop().await }));
         serve(tasks, recover, "recover", |desk| {
-            Box::pin(async move { desk.recover().await })
+            Box::pin(async move { desk.recover(true).await })
         });
         serve(tasks, home, "home", |desk| Box::pin(async move { desk.home().await }));
         tasks.spawn(serve_vacuum(vacuum, desk).in_current_span());
@@ -113,9 +113,11 @@ impl Desk {
         Ok("the arm is at rest; `recover` makes it ready".into())
     }
 
-    pub(crate) async fn recover(&self) -> Result<String, MotionError> {
+    pub(crate) async fn recover(&self, looked: bool) -> Result<String, MotionError> {
         let home = self.home_angles()?;
-        self.executor.recover(&home, &self.parameters.base_frame_id).await?;
+        self.executor
+            .recover(&home, &self.parameters.base_frame_id, looked)
+            .await?;
         Ok("the arm is ready".into())
     }
 

@@ -38,6 +38,7 @@ const RECORDER: &str = "bag_recorder";
 /// The nodes that have devices.
 const CAPTURER: &str = "camera_capture";
 const LIGHTS: &str = "light_sequencer";
+const ARM: &str = "trajectory_executor";
 
 /// What the simulator does before it has images.
 const RENDERING: &str = "the simulated world to be rendered";

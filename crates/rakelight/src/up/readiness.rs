@@ -12,7 +12,7 @@ use ros::{Node, Qos, ServiceClient, Subscription};
 use tokio::sync::Mutex;
 
 use super::console::Console;
-use super::{CAPTURER, LIGHTS};
+use super::{ARM, CAPTURER, LIGHTS};
 
 /// A node that has just died is still in the graph, so each is asked, and asked again.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -31,7 +31,8 @@ impl Readiness {
     pub(super) fn new(observer: &Node, names: &[String]) -> Result<Self, ros::Error> {
         let is = |name: &&String, node: &str| name.rsplit('/').next() == Some(node);
         let captures = names.iter().any(|name| is(&name, CAPTURER));
-        let devices = names.iter().filter(|name| is(name, CAPTURER) || is(name, LIGHTS));
+        let has_devices = |name: &&String| [CAPTURER, LIGHTS, ARM].iter().any(|node| is(name, node));
+        let devices = names.iter().filter(has_devices);
         let client = |name: &String| {
             Ok((
                 name.clone(),

@@ -36,6 +36,7 @@ fn nodes_start(path: &Path) {
         "light_sequencer:port:=/nowhere/lights",
         "camera_capture:c1.guid:=127.77.1.1",
         "camera_capture:c2.guid:=127.77.1.2",
+        "trajectory_executor:host:=127.77.1.3",
     ] {
         if config.nodes().any(|node| elsewhere.starts_with(&format!("{node}:"))) {
             arguments.extend(["-p", elsewhere]);
