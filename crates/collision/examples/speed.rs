@@ -73,8 +73,9 @@ fn main() -> Result<(), Failure> {
     }
     times.sort_by(f64::total_cmp);
     let pick_ms = times[ROUNDS / 2];
+    let way = tool_way(arm.chain(), &to_object)? + tool_way(arm.chain(), &to_bin)?;
     println!(
-        "pick of {:.2} s: {looks} looks, median {pick_ms:.2} ms, longest {:.2} ms",
+        "pick of {:.2} s, {way:.2} m of the tool: {looks} looks, median {pick_ms:.2} ms, longest {:.2} ms",
         to_object.duration() + to_bin.duration(),
         times[ROUNDS - 1]
     );
@@ -136,6 +137,15 @@ fn single_configurations(checker: &Checker<'_, 7>) -> Result<(f64, f64), Failure
     }
     times.sort_by(f64::total_cmp);
     Ok((times[times.len() / 2], touching as f64 / times.len() as f64))
+}
+
+/// Metres.
+fn tool_way(chain: &Chain<7>, path: &Motions) -> Result<f64, Failure> {
+    let tool = |step: u32| -> Result<Vector3<f64>, Failure> {
+        let angles = path.angles(path.duration() * f64::from(step) / 1000.0);
+        Ok(chain.forward(&SVector::from(angles))?.translation())
+    };
+    (1..=1000).map(|step| Ok((tool(step)? - tool(step - 1)?).norm())).sum()
 }
 
 /// Motions from rest to rest, one after the other.

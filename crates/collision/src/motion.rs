@@ -105,11 +105,13 @@ impl<'a, const N: usize> Checker<'a, N> {
         let first = inner.map_or(0, |joint| joint + 1);
         let end = outer.joint.map_or(0, |joint| joint + 1);
         let ball = outer.ball_in_base(frames);
-        let mut reaches = [0.0; N];
-        for joint in first..end {
-            reaches[joint] = self.arm.reach_from_axis(frames, joint, &ball);
-        }
-        reaches
+        std::array::from_fn(|joint| {
+            if (first..end).contains(&joint) {
+                self.arm.reach_from_axis(frames, joint, &ball)
+            } else {
+                0.0
+            }
+        })
     }
 }
 

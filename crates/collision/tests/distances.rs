@@ -73,7 +73,7 @@ proptest! {
     fn capsule_and_box_are_as_far_apart_as_their_samples(a in point(), b in point(), r in 0.01..0.1, frame in frame(), size in size()) {
         let (capsule, cuboid) = (Shape::capsule(&a, &b, r).unwrap(), Shape::cuboid(&frame, size).unwrap());
         let distance = capsule.distance(&cuboid, FAR);
-        prop_assert_eq!(distance, cuboid.distance(&capsule, FAR));
+        prop_assert!((distance - cuboid.distance(&capsule, FAR)).abs() < 1e-12);
         let brute = along(&a, &b).map(|point| to_box(&point, &frame, size)).fold(FAR, f64::min);
         let step = 0.5 * (b - a).norm() / f64::from(SAMPLES);
         if brute > step {
