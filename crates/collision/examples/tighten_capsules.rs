@@ -18,7 +18,7 @@ type Point = nalgebra::Vector3<f64>;
 /// How far the known capsule may be exceeded, mm.
 const GROWN: f64 = 7.0;
 const STEPS: usize = 5_000;
-const STARTS: u64 = 2;
+const STARTS: u64 = 8;
 
 #[derive(Clone, Copy)]
 struct Capsule {

@@ -37,7 +37,13 @@ fn usual_poses_are_free_in_the_cell() {
     ];
     let nothing = Scene::new();
     for angles in poses {
-        assert_eq!(touching(&nothing, &angles), None, "{angles:?}");
+        let found = touching(&nothing, &angles);
+        assert_eq!(
+            found,
+            None,
+            "{angles:?} {:?}",
+            Checker::new(&arm(), &nothing).check(&angles)
+        );
     }
     // At all zeros the cup is at the table's height by construction: the flange is 120.5 mm up and the cup 126 mm long.
     for angles in [poses[0], poses[4], poses[5]] {
@@ -95,37 +101,34 @@ fn panel_is_named() {
 
 fn with_bin() -> Scene {
     let bin = Bin {
-        inside: [0.2, 0.3, 0.12],
+        inside: [0.3, 0.4, 0.12],
         wall: 0.005,
     };
     let mut scene = Scene::new();
-    scene.add_bin("bin", &at(0.35, -0.4, 0.005), &bin).unwrap();
+    scene.add_bin("bin", &at(0.35, -0.3, 0.005), &bin).unwrap();
     scene
 }
 
 #[test]
 fn bin_is_open_above_and_has_walls_and_a_floor() {
     let scene = with_bin();
-    assert_eq!(touching(&scene, &looking_down(0.35, -0.4, 0.06)), None);
+    assert_eq!(touching(&scene, &looking_down(0.35, -0.3, 0.06)), None);
     assert_eq!(
-        touching(&scene, &looking_down(0.35, -0.4, 0.004)),
+        touching(&scene, &looking_down(0.35, -0.3, 0.004)),
         Some("vacuum_gripper and bin".to_owned())
     );
-    assert_eq!(
-        touching(&scene, &looking_down(0.45, -0.4, 0.06)),
-        Some("vacuum_gripper and bin".to_owned())
-    );
-    assert_eq!(
-        touching(&scene, &looking_down(0.35, -0.25, 0.06)),
-        Some("vacuum_gripper and bin".to_owned())
-    );
+    // The camera hangs higher than the walls here, so only the gripper is beside them.
+    for (x, y) in [(0.5, -0.3), (0.2, -0.3), (0.35, -0.1), (0.35, -0.5)] {
+        let found = touching(&scene, &looking_down(x, y, 0.11));
+        assert_eq!(found, Some("vacuum_gripper and bin".to_owned()), "{x} {y}");
+    }
 }
 
 #[test]
 fn carried_object_hits_the_bin_but_not_the_cup() {
     let (arm, scene) = (arm(), with_bin());
-    let above = looking_down(0.35, -0.4, 0.2);
-    let low = looking_down(0.35, -0.4, 0.09);
+    let above = looking_down(0.35, -0.3, 0.2);
+    let low = looking_down(0.35, -0.3, 0.09);
     let bodies = [
         Shape::cuboid(&at(0.0, 0.0, 0.05), [0.04, 0.04, 0.1]).unwrap(),
         Shape::capsule(&Point3::new(0.0, 0.0, 0.02), &Point3::new(0.0, 0.0, 0.08), 0.02).unwrap(),

@@ -11,6 +11,8 @@ use nalgebra::{Point3, Vector3};
 
 /// How far a link's shapes may leave the known capsule other than into a neighbour, metres.
 const GROWN: f64 = 0.1;
+/// What rounded ends may be wider than the neighbour's housing, mm: its known capsule is 20 mm wider.
+const ROUND: f64 = 5.0;
 const STEP: f64 = 0.004;
 
 fn metres(point: [f64; 3]) -> Point3<f64> {
@@ -47,7 +49,7 @@ impl Known {
         self.ends.iter().any(|&(on, axis, sign, radius, length)| {
             let mut arm = point - metres(on);
             let along = sign * std::mem::replace(&mut arm[axis], 0.0);
-            (0.0..=1e-3 * length).contains(&along) && arm.norm() <= 1e-3 * radius
+            (0.0..=1e-3 * length).contains(&along) && arm.norm() <= 1e-3 * (radius + ROUND)
         })
     }
 }
