@@ -2,11 +2,12 @@
 //!
 //! Known of each link's shape are a box and a capsule that hold all of it, and where its joints' axes run. The shape is
 //! taken to be within box and capsule, and within `AROUND` of an axis (housings, as long as the box) or of the capsule's
-//! own core (the tube between them). Two or three capsules are sought that hold this region, stay within the known capsule
-//! grown by `GROWN`, and have the least volume together: a random search (1+1 evolution strategy), then radii that hold
-//! every point of a fine grid.
+//! own core (the tube between them). Up to three capsules are sought that hold this region and have the least volume
+//! together, where what leaves the known capsule by more than `GROWN` counts more and what is within a neighbour nothing:
+//! a random search (1+1 evolution strategy), then radii that hold every point of a fine grid.
 //!
-//! `cargo run --release -p collision --example tighten_capsules` prints them in millimetres, and how much smaller they are.
+//! `cargo run --release -p collision --example tighten_capsules -- [LINK [STARTS]]` prints them in millimetres, and how much
+//! smaller they are. The file's are those of 2 starts, of link4 those of 8.
 
 #[path = "../tests/common/known_links.rs"]
 mod known_links;
@@ -15,10 +16,9 @@ use known_links::{Known, LINKS};
 
 type Point = nalgebra::Vector3<f64>;
 
-/// How far the known capsule may be exceeded, mm.
+/// How far the known capsule may be left at no cost, mm.
 const GROWN: f64 = 7.0;
 const STEPS: usize = 5_000;
-const STARTS: u64 = 8;
 
 #[derive(Clone, Copy)]
 struct Capsule {
@@ -50,12 +50,15 @@ struct End {
 
 fn main() {
     let only = std::env::args().nth(1);
+    let starts = std::env::args()
+        .nth(2)
+        .map_or(2, |count| count.parse().expect("a number of starts"));
     // Links without neighbours' places in the table keep the known capsule: two or three are no better.
     let links = LINKS.iter().filter(|link| !link.ends.is_empty());
     for known in links.filter(|link| only.as_deref().is_none_or(|only| only == link.link)) {
         let link = Link::from(known);
         let region = link.surface(6.0);
-        let best = (0..STARTS)
+        let best = (0..starts)
             .map(|start| link.search(&region, start))
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .expect("there are starts");

@@ -10,7 +10,7 @@ use known_links::{Known, LINKS};
 use nalgebra::{Point3, Vector3};
 
 /// How far a link's shapes may leave the known capsule other than into a neighbour, metres.
-const GROWN: f64 = 0.1;
+const GROWN: f64 = 0.015;
 /// What rounded ends may be wider than the neighbour's housing, mm: its known capsule is 20 mm wider.
 const ROUND: f64 = 5.0;
 const STEP: f64 = 0.004;
