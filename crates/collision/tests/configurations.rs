@@ -198,6 +198,58 @@ fn points_are_touched_and_exceptions_hold() {
     );
 }
 
+/// The same body, given in several ways, is as near.
+#[test]
+fn obstacles_of_all_kinds_are_as_far_as_they_are() {
+    let arm = arm();
+    let angles = looking_down(0.43, 0.0, 0.1);
+    let top = 0.1 - 0.007;
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let mesh = TriangleMesh {
+        vertices: corners([0.02, 0.02, 0.02]).to_vec(),
+        triangles: quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
+    };
+    let middle = at(0.43, 0.0, top - 0.02);
+    let hull = corners([0.02, 0.02, 0.02]).map(|corner| middle.transform_point(&corner));
+    let mut scene = Scene::new();
+    scene.add_box("box", &middle, [0.04; 3]).unwrap();
+    scene.add_mesh("mesh", &middle, &mesh).unwrap();
+    scene.add_convex_hull("hull", &hull).unwrap();
+    scene
+        .add("cylinder", vec![Shape::cylinder(&middle, 0.02, 0.04).unwrap()])
+        .unwrap();
+    scene
+        .add(
+            "ball",
+            vec![Shape::sphere(&Point3::new(0.43, 0.0, top - 0.02), 0.02).unwrap()],
+        )
+        .unwrap();
+    scene.add_half_space("floor", &Vector3::z_axis(), top).unwrap();
+    let names: Vec<String> = scene.names().map(str::to_owned).collect();
+    for name in &names {
+        let mut alone = scene.clone();
+        for other in names.iter().filter(|other| *other != name) {
+            alone.remove(other).unwrap();
+        }
+        for link in ["link_base", "link1"] {
+            alone.except(link, name).unwrap();
+        }
+        let found = Checker::new(&arm, &alone)
+            .clearance(&angles, 0.05)
+            .unwrap()
+            .expect("7 mm away");
+        assert_eq!((found.link, found.with.name()), ("vacuum_gripper", name.as_str()));
+        assert!((found.distance - 0.007).abs() < 1e-5, "{found}");
+    }
+}
+
 #[test]
 fn body_within_a_closed_mesh_is_in_contact() {
     let arm = arm();
