@@ -38,9 +38,9 @@ fn main() -> Result<(), Failure> {
     );
     let scene = cell(&urdf_rs::read_file(urdf("cell.urdf"))?)?;
 
-    let (single, touching) = single_configurations(&Checker::new(&arm, &scene).with_margin(MARGIN)?)?;
+    let (single, slowest, touching) = single_configurations(&Checker::new(&arm, &scene).with_margin(MARGIN)?)?;
     println!(
-        "one configuration in the full cell: median {single:.2} us, {:.0} % of them touch",
+        "one configuration in the full cell: median {single:.2} us, p99 {slowest:.2} us, {:.0} % of them touch",
         100.0 * touching
     );
 
@@ -52,8 +52,8 @@ fn main() -> Result<(), Failure> {
     with_cloud.add_cloud("cloud", cloud)?;
     with_cloud.except("link_base", "cloud")?;
     let checker = Checker::new(&arm, &with_cloud).with_margin(MARGIN)?;
-    let (cloud_single, _) = single_configurations(&checker)?;
-    println!("one configuration with the cloud too: median {cloud_single:.2} us");
+    let (cloud_single, cloud_slowest, _) = single_configurations(&checker)?;
+    println!("one configuration with the cloud too: median {cloud_single:.2} us, p99 {cloud_slowest:.2} us");
 
     let (to_object, to_bin) = pick(arm.chain())?;
     let cube = Shape::cuboid(&at(0.0, 0.0, 0.016), [0.05, 0.05, 0.03])?;
@@ -73,8 +73,9 @@ fn main() -> Result<(), Failure> {
     }
     times.sort_by(f64::total_cmp);
     let pick_ms = times[ROUNDS / 2];
+    let way = tool_way(arm.chain(), &to_object)? + tool_way(arm.chain(), &to_bin)?;
     println!(
-        "pick of {:.2} s: {looks} looks, median {pick_ms:.2} ms, longest {:.2} ms",
+        "pick of {:.2} s, {way:.2} m of the tool: {looks} looks, median {pick_ms:.2} ms, longest {:.2} ms",
         to_object.duration() + to_bin.duration(),
         times[ROUNDS - 1]
     );
@@ -120,8 +121,8 @@ fn heap(points: usize) -> Vec<Point3<f64>> {
     cloud
 }
 
-/// Median time (microseconds) over random configurations within the joints' limits, and the share that touches.
-fn single_configurations(checker: &Checker<'_, 7>) -> Result<(f64, f64), Failure> {
+/// Median and 99th percentile of the time (microseconds) over random configurations within the joints' limits, and the share that touches.
+fn single_configurations(checker: &Checker<'_, 7>) -> Result<(f64, f64, f64), Failure> {
     let mut random = fastrand::Rng::with_seed(1);
     let (mut times, mut touching) = (Vec::new(), 0_usize);
     for _ in 0..20_000 {
@@ -135,7 +136,21 @@ fn single_configurations(checker: &Checker<'_, 7>) -> Result<(f64, f64), Failure
         touching += usize::from(found.is_some());
     }
     times.sort_by(f64::total_cmp);
-    Ok((times[times.len() / 2], touching as f64 / times.len() as f64))
+    let count = times.len();
+    Ok((
+        times[count / 2],
+        times[count * 99 / 100],
+        touching as f64 / count as f64,
+    ))
+}
+
+/// Metres.
+fn tool_way(chain: &Chain<7>, path: &Motions) -> Result<f64, Failure> {
+    let tool = |step: u32| -> Result<Vector3<f64>, Failure> {
+        let angles = path.angles(path.duration() * f64::from(step) / 1000.0);
+        Ok(chain.forward(&SVector::from(angles))?.translation())
+    };
+    (1..=1000).map(|step| Ok((tool(step)? - tool(step - 1)?).norm())).sum()
 }
 
 /// Motions from rest to rest, one after the other.
@@ -167,8 +182,9 @@ fn pick(chain: &Chain<7>) -> Result<(Motions, Motions), Failure> {
         )?);
     }
     let mut away: Vec<[f64; 7]> = down[1..].iter().rev().copied().collect();
-    away.push(solve(0.43, 0.05, 0.25, &pregrasp)?);
-    away.push(solve(0.3, -0.42, 0.25, &away[away.len() - 1])?);
+    for (x, y) in [(0.43, 0.05), (0.3, -0.42)] {
+        away.push(solve(x, y, 0.47, &away[away.len() - 1])?);
+    }
     away.push(solve(0.3, -0.42, 0.17, &away[away.len() - 1])?);
     Ok((Motions::through(&down)?, Motions::through(&away)?))
 }

@@ -15,8 +15,9 @@ use crate::urdf::{Carrier, Cylinders, collision_shapes, solid_parent, support};
 pub struct SelfCollision<'a, const N: usize> {
     /// Pairs that can never touch, as the arm's maker says. Names the URDF does not have leave nothing out.
     pub never: &'a [[&'a str; 2]],
-    /// Joint angles (radians) the arm is known to be free at: what touches at all of them touches always, because
-    /// shapes are larger than links, and is left out.
+    /// Joint angles (radians) the arm is known to be free at, its home and zero: pairs whose shapes touch at one of them
+    /// do so because shapes are larger than links. They are left out everywhere, so list no pose that is not needed;
+    /// [`ArmModel::pairs`] tells what is left.
     pub free_at: &'a [[f64; N]],
 }
 
@@ -131,17 +132,14 @@ impl<const N: usize> ArmModel<N> {
     }
 
     fn leave_out_touching(&mut self, free_at: &[[f64; N]]) -> Result<(), CollisionError> {
-        if free_at.is_empty() {
-            return Ok(());
-        }
         let frames = free_at
             .iter()
             .map(|angles| self.frames(angles))
             .collect::<Result<Vec<_>, _>>()?;
         let links = &self.links;
-        let touches = |frames: &Frames<N>, [a, b]: [usize; 2]| links[a].distance(&links[b], frames, 0.0) < 0.0;
+        let touch = |[a, b]: [usize; 2], frames: &Frames<N>| links[a].distance(&links[b], frames, 0.0) < 0.0;
         self.pairs
-            .retain(|&pair| !frames.iter().all(|frames| touches(frames, pair)));
+            .retain(|&pair| !frames.iter().any(|frames| touch(pair, frames)));
         Ok(())
     }
 }

@@ -7,8 +7,8 @@ use crate::carried::CarriedObject;
 use crate::error::{CollisionError, require};
 use crate::scene::{Obstacle, Scene};
 
-/// An arm, what it carries, what is around it, and how far they shall stay apart. Copies are cheap; looks do not
-/// allocate.
+/// An arm, what it carries, what is around it, and how far they shall stay apart. Copies are cheap. Looks allocate nothing
+/// but where the library finds how deep boxes, cylinders, hulls and meshes are in each other.
 #[derive(Debug, Clone, Copy)]
 pub struct Checker<'a, const N: usize> {
     pub(crate) arm: &'a ArmModel<N>,

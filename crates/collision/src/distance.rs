@@ -17,7 +17,8 @@ pub(crate) struct Placed<'a> {
 
 impl Shape {
     /// Signed distance to a shape in the same frame, or `bound` (metres) if it is not below that. Negative is the
-    /// shortest way out; of surfaces of triangles, out of the deepest triangle.
+    /// shortest way out; of surfaces of triangles, out of the deepest triangle. Exact for capsules with capsules and boxes,
+    /// else up to 20 um (measured) too large.
     pub fn distance(&self, other: &Self, bound: f64) -> f64 {
         self.unmoved().distance(&other.unmoved(), bound)
     }
@@ -172,18 +173,16 @@ fn library_distance(one: &LibraryShape<'_>, two: &LibraryShape<'_>, bound: f64) 
     const SUPPORTED: &str = "capsules, boxes, cylinders, convex bodies, meshes and half-spaces are supported";
     let (a, base_from_a, b, base_from_b) = (one.shape, &one.base_from_shape, two.shape, &two.base_from_shape);
     let found = query::contact(base_from_a, a, base_from_b, b, bound.max(0.0)).expect(SUPPORTED);
-    let apart = found.map(|contact| contact.dist);
-    if apart.is_some_and(|distance| distance <= 0.0) {
-        return apart.unwrap_or(bound);
+    let apart = found.map_or(bound, |contact| contact.dist);
+    if apart <= 0.0 && found.is_some() {
+        return apart;
     }
-    if query::intersection_test(base_from_a, a, base_from_b, b)
-        .expect(SUPPORTED)
-        .intersecting
-    {
+    let touch = query::intersection_test(base_from_a, a, base_from_b, b).expect(SUPPORTED);
+    if touch.intersecting {
         return -TOUCH;
     }
     let depth = one.depth_within(two).or_else(|| two.depth_within(one));
-    depth.map_or_else(|| apart.unwrap_or(bound), |depth| -depth)
+    depth.map_or(apart, |depth| -depth)
 }
 
 impl LibraryShape<'_> {

@@ -221,10 +221,9 @@ impl Obstacle {
                     placed.distance_to_half_space(normal, offset, best)
                 })
             }
-            Body::Cloud(cloud) => {
-                let nearest = |placed: Placed<'_>, best| placed.distance_to_cloud(cloud, best);
-                part.placed(frames).fold(bound, |best, placed| nearest(placed, best))
-            }
+            Body::Cloud(cloud) => part
+                .placed(frames)
+                .fold(bound, |best, placed| placed.distance_to_cloud(cloud, best)),
         }
     }
 }

@@ -26,30 +26,29 @@ impl Segment {
         (to_point - along * share).length()
     }
 
-    /// Ericson, "Real-Time Collision Detection", 2005, section 5.1.9.
+    /// Ericson, "Real-Time Collision Detection", 2005, section 5.1.9 with its names for the products.
     pub(crate) fn distance_to_segment(&self, other: &Self) -> f64 {
-        let (d1, d2, r) = (self.to - self.from, other.to - other.from, self.from - other.from);
-        let (a, e, f) = (d1.dot(d1), d2.dot(d2), d2.dot(r));
-        if a <= f64::MIN_POSITIVE {
+        let (along, across, between) = (self.to - self.from, other.to - other.from, self.from - other.from);
+        let (long, wide) = (along.length_squared(), across.length_squared());
+        if long <= f64::MIN_POSITIVE {
             return other.distance_to_point(self.from);
         }
-        if e <= f64::MIN_POSITIVE {
+        if wide <= f64::MIN_POSITIVE {
             return self.distance_to_point(other.from);
         }
-        let (b, c) = (d1.dot(d2), d1.dot(r));
-        let determinant = a * e - b * b;
-        let mut s = if determinant > PARALLEL * a * e {
-            ((b * f - c * e) / determinant).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
-        let mut t = (b * s + f) / e;
-        if t < 0.0 {
-            (s, t) = ((-c / a).clamp(0.0, 1.0), 0.0);
-        } else if t > 1.0 {
-            (s, t) = (((b - c) / a).clamp(0.0, 1.0), 1.0);
+        let (both, ahead, beside) = (along.dot(across), along.dot(between), across.dot(between));
+        let determinant = long * wide - both * both;
+        let mut share = 0.0;
+        if determinant > PARALLEL * long * wide {
+            share = ((both * beside - ahead * wide) / determinant).clamp(0.0, 1.0);
         }
-        (r + d1 * s - d2 * t).length()
+        let mut share_across = (both * share + beside) / wide;
+        if share_across < 0.0 {
+            (share, share_across) = ((-ahead / long).clamp(0.0, 1.0), 0.0);
+        } else if share_across > 1.0 {
+            (share, share_across) = (((both - ahead) / long).clamp(0.0, 1.0), 1.0);
+        }
+        (between + along * share - across * share_across).length()
     }
 
     /// To a box around the origin; inside it the negative way out.

@@ -2,9 +2,13 @@
 
 mod common;
 
-use collision::{Checker, CollisionError, FunctionPath, JointPath, Scene, SelfCollision};
+use std::sync::Arc;
+
+use collision::{
+    CarriedObject, Checker, CollisionError, FunctionPath, JointPath, PointCloud, Scene, SelfCollision, Shape,
+};
 use common::{HOME, arm, at, cell, chain, robot};
-use nalgebra::SVector;
+use nalgebra::{Point3, SVector};
 use proptest::prelude::*;
 use trajectory::{JointLimits, Motion};
 
@@ -56,6 +60,42 @@ fn thin_plate_is_found_where_samples_miss_it() {
         just_before.is_some_and(|contact| contact.distance > 0.0),
         "{just_before:?}"
     );
+}
+
+#[test]
+fn plate_of_points_is_found_too_with_an_object_in_the_tool() {
+    let arm = arm();
+    let tool = chain().forward(&SVector::from(HOME)).unwrap().translation();
+    let step = |index: i32| 0.005 * f64::from(index);
+    let points: Vec<_> = (-30..=30)
+        .flat_map(|x| (-20..=10).map(move |z| (x, z)))
+        .map(|(x, z)| Point3::new(tool.x + step(x), 0.0, tool.z + step(z)))
+        .collect();
+    let mut scene = Scene::new();
+    scene
+        .add_cloud("wall", Arc::new(PointCloud::new(&points, 0.001).unwrap()))
+        .unwrap();
+    let path = turn(20.0, 0.05);
+    let checker = Checker::new(&arm, &scene);
+    let bare = checker
+        .check_motion(&path, TOLERANCE)
+        .unwrap()
+        .expect("a wall is in the way");
+    assert_eq!(
+        (bare.contact.link, bare.contact.with.name()),
+        ("vacuum_gripper", "wall")
+    );
+
+    // An object that reaches farther to the side meets the wall before the gripper does.
+    let bar = Shape::cuboid(&at(0.0, 0.0, 0.02), [0.03, 0.16, 0.03]).unwrap();
+    let object = CarriedObject::new(&arm, "bar", &[bar], &["vacuum_gripper"]).unwrap();
+    let loaded = checker
+        .carrying(&object)
+        .check_motion(&path, TOLERANCE)
+        .unwrap()
+        .expect("sooner");
+    assert_eq!(loaded.contact.link, "bar");
+    assert!(loaded.time < bare.time, "{loaded}, {bare}");
 }
 
 #[test]

@@ -125,10 +125,11 @@ fn pairs_leave_out_neighbours_rigid_bodies_and_what_the_maker_says() {
     ] {
         assert!(!has(a, b), "{a} {b}");
     }
+    // Their capsules overlap by some millimetres when all angles are 0, where the arm is free.
+    assert!(!has("link2", "link4"));
     for [a, b] in [
         ["link_base", "link5"],
         ["link1", "vacuum_gripper"],
-        ["link2", "link4"],
         ["link2", "link6"],
         ["link6", "wrist_camera"],
         ["link4", "wrist_camera"],
