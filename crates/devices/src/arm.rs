@@ -38,8 +38,9 @@ pub trait Arm: Send + Sync {
 
 /// Where the set-points go. It is used from a real-time thread: it allocates nothing and never waits.
 pub trait SetPointStream: Send {
-    /// Sends the next set-point (rad), every 4 ms, for the controller to go to at once. They are close to each other; what
-    /// the controller thinks of them comes back later, with another call.
+    /// Sends the next set-point (rad), every 4 ms, for the controller to go to at once. They are close to each other, the
+    /// first to where the arm stands; a driver refuses jumps. What the controller thinks of them comes back later, with
+    /// another call.
     fn send(&mut self, angles: &JointValues) -> Result<(), StreamFault>;
 }
 
@@ -56,8 +57,8 @@ pub enum StreamFault {
     /// The controller would not move: it was stopped, or its mode was changed by another client.
     #[error("the controller takes no set-points: it was stopped, or another client changed its mode")]
     NotReady,
-    /// The set-point has angles that are no numbers, or the controller refused it: it cannot do it, or another client has
-    /// just changed its mode.
+    /// The set-point has angles that are no numbers, or far from those before; or the controller refused it: it cannot do
+    /// it, or another client has just changed its mode.
     #[error("a set-point was refused")]
     Refused,
     /// Set-points are sent, but none is answered.

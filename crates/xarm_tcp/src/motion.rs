@@ -32,14 +32,16 @@ impl Conversation {
             return Err(ArmError::Fault(fault));
         }
         self.make_ready(Mode::Servo).await?;
-        let stream = Box::new(Stream::new(self.connect_stream().await?));
-        let still = self.observed.borrow().both().is_ok_and(|(motion, _)| motion.follows());
-        if still {
-            return Ok(stream);
-        }
-        Err(ArmError::Refused {
+        let socket = self.connect_stream().await?;
+        let here = {
+            let observed = self.observed.borrow();
+            let follows = observed.both().is_ok_and(|(motion, _)| motion.follows());
+            observed.joints.filter(|_| follows)
+        };
+        let here = here.ok_or_else(|| ArmError::Refused {
             reason: "the arm was made ready to follow set-points, and is not any more".to_owned(),
-        })
+        })?;
+        Ok(Box::new(Stream::new(socket, here.angles)))
     }
 
     /// Decelerates; if that does not help, stops.

@@ -178,7 +178,7 @@ impl<'a> Session<'a> {
                 if result.is_ok() {
                     self.error = (KnownError::NONE, Instant::now());
                 }
-                self.note("recover", &result);
+                self.note("recovery", &result);
                 answer(reply, result);
             }
         }
@@ -187,8 +187,8 @@ impl<'a> Session<'a> {
 
     fn note(&self, what: &str, result: &Result<(), ArmError>) {
         match result {
-            Ok(()) => tracing::info!(what, "done"),
-            Err(error) => tracing::warn!(what, %error, "not done"),
+            Ok(()) => tracing::info!("the {what} of the arm is done"),
+            Err(error) => tracing::warn!(%error, "the {what} of the arm failed"),
         }
         self.tell();
     }

@@ -18,6 +18,9 @@ use replies::ReplyScanner;
 const ROOM: usize = 64;
 /// Set-points that may be sent without one reply: 80 ms at 250 Hz, longer than a network's hiccup.
 const MOST_UNANSWERED: u32 = 20;
+/// From one set-point to the next, radians: eight periods at full speed. More is no motion but a mistake, and the
+/// controller would try.
+const LONGEST_STEP: f64 = 0.1;
 /// Set-points in a row that the socket may not take.
 const MOST_BLOCKED: u32 = 5;
 
@@ -26,6 +29,7 @@ const MOST_BLOCKED: u32 = 5;
 pub(crate) struct Stream {
     socket: TcpStream,
     end: Arc<StreamEnd>,
+    last: JointValues,
     transactions: Transactions,
     frame: Vec<u8>,
     /// Bytes of `frame` that were sent.
@@ -36,11 +40,12 @@ pub(crate) struct Stream {
 }
 
 impl Stream {
-    /// On a connection that sends at once and does not block.
-    pub(crate) fn new(socket: TcpStream) -> Self {
+    /// On a connection that sends at once and does not block, from where the arm stands (rad).
+    pub(crate) fn new(socket: TcpStream, here: JointValues) -> Self {
         Self {
             socket,
             end: Arc::default(),
+            last: here,
             transactions: Transactions::default(),
             frame: Vec::with_capacity(ROOM),
             sent: 0,
@@ -56,10 +61,7 @@ impl Stream {
     }
 
     fn try_send(&mut self, angles: &JointValues) -> Result<(), StreamFault> {
-        let angles = angles.map(|angle| angle as f32);
-        if !angles.iter().all(|angle| angle.is_finite()) {
-            return Err(StreamFault::Refused);
-        }
+        self.check(angles)?;
         self.drain()?;
         if self.unanswered >= MOST_UNANSWERED {
             return Err(StreamFault::Silent);
@@ -79,9 +81,19 @@ impl Stream {
         Ok(())
     }
 
-    fn encode(&mut self, angles: [f32; 7]) {
+    fn check(&self, angles: &JointValues) -> Result<(), StreamFault> {
+        let is_close = |(angle, last): (&f64, &f64)| (angle - last).abs() <= LONGEST_STEP;
+        // No number is close to nothing.
+        if angles.iter().zip(&self.last).all(is_close) {
+            return Ok(());
+        }
+        Err(StreamFault::Refused)
+    }
+
+    fn encode(&mut self, angles: &JointValues) {
+        self.last = *angles;
         let request = Request::ServoJoint {
-            angles,
+            angles: angles.map(|angle| angle as f32),
             speed: 0.0,
             acceleration: 0.0,
             time: 0.0,

@@ -19,7 +19,7 @@ fn connected() -> (Stream, TcpStream) {
     controller
         .set_read_timeout(Some(Duration::from_millis(200)))
         .expect("it may wait");
-    (Stream::new(socket), controller)
+    (Stream::new(socket, HERE), controller)
 }
 
 fn reply(status: Status) -> Vec<u8> {
