@@ -228,8 +228,9 @@ impl Executor {
         });
         let mut standing = self.standing.subscribe();
         let rests = standing.wait_for(|standing| !standing.is_moving());
-        let rests = tokio::time::timeout(STOP_TIMEOUT, rests).await;
-        let is_held = matches!(rests, Ok(Ok(standing)) if matches!(*standing, Standing::Stopped { .. }));
+        let is_held = tokio::time::timeout(STOP_TIMEOUT, rests)
+            .await
+            .is_ok_and(|rests| rests.is_ok_and(|standing| matches!(*standing, Standing::Stopped { .. })));
         if is_held {
             return Ok(());
         }
