@@ -1,10 +1,11 @@
-//! `rakelight sim WORLD.yaml`: the simulated cell's cameras and light controller, for drivers to open as if they were
+//! `rakelight sim WORLD.yaml`: the simulated cell's cameras, light controller and arm, for drivers to open as if they were
 //! hardware.
 
 mod overrides;
 mod pictures;
 
 use std::io::Write;
+use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -35,6 +36,9 @@ pub(crate) struct Arguments {
     /// Binning that a camera will be set to, so that it is rendered at once, in place of the world file's.
     #[arg(long = "binning", value_name = "c1=2")]
     binnings: Vec<CameraBinning>,
+    /// Address of the arm, in place of the world file's.
+    #[arg(long = "arm", value_name = "127.0.0.9")]
+    arm: Option<Ipv4Addr>,
     /// Stop when standard input ends, as well as on Ctrl-C.
     #[arg(long)]
     end_with_stdin: bool,
@@ -48,6 +52,7 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
         light_port: arguments.light_port,
         cameras: arguments.cameras,
         binnings: arguments.binnings,
+        arm: arguments.arm,
     };
     let world = overrides.read(&arguments.world).map_err(Failure::usage)?;
     if let Some(folder) = arguments.png {
@@ -83,7 +88,11 @@ fn devices(cell: &Cell) -> String {
     let world = cell.world();
     let camera = |camera: &sim::world::Camera| format!("camera {} {} {}\n", camera.name, camera.serial, camera.address);
     let cameras: String = world.cameras.iter().map(camera).collect();
-    format!("{cameras}lights {}\n", cell.board().port().display())
+    let arm = cell
+        .arm()
+        .map(|arm| format!("arm {}:{}\n", arm.address(), arm.ports().control));
+    let lights = cell.board().port().display();
+    format!("{cameras}lights {lights}\n{}", arm.unwrap_or_default())
 }
 
 /// At once, also into a pipe.

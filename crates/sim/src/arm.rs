@@ -59,14 +59,25 @@ pub use trace::ServoPoint;
 use self::core::Core;
 use clients::Clients;
 use faults::FaultBox;
+use model::ArmModel;
 use ports::Doors;
 use shared::Shared;
+
+/// `base_from_flange` of an arm when it is switched on.
+pub(crate) fn flange_of(config: &ArmConfig) -> Result<RigidTransform, ArmError> {
+    Ok(ArmModel::new(config)?.flange(&config.joints))
+}
+
+/// Joint angles (radians) that hold the flange at a pose, near those of the configuration.
+pub(crate) fn joints_for(config: &ArmConfig, base_from_flange: &RigidTransform) -> Result<[f64; 7], ArmError> {
+    Ok(ArmModel::new(config)?.reach(base_from_flange, &config.joints)?)
+}
 
 /// Seconds from one step of the controller to the next.
 const STEP: f64 = 0.004;
 const PERIOD: Duration = Duration::from_millis(4);
-/// Steps that are made up for after the machine was busy; what was lost before is lost.
-const MOST_LATE: u32 = 50;
+/// A clock that is late makes up for it, unless by more.
+const MOST_LATE: Duration = Duration::from_millis(200);
 
 /// Buttons that stop the arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -281,8 +292,12 @@ impl Core {
 fn step_on(shared: &Shared, mut watcher: impl FnMut(&ArmMoment)) {
     let mut due = Instant::now();
     while !shared.has_ended() {
-        due = (due + PERIOD).max(Instant::now() - PERIOD * MOST_LATE);
-        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        due += PERIOD;
+        let now = Instant::now();
+        if now.saturating_duration_since(due) > MOST_LATE {
+            due = now;
+        }
+        std::thread::sleep(due.saturating_duration_since(now));
         let moment = {
             let mut core = shared.core.lock();
             core.step();

@@ -23,18 +23,21 @@ use gige_vision::Server;
 use gige_vision::gvcp::GVCP_PORT;
 
 use crate::SimError;
+use crate::arm::{ArmController, ArmMoment, SuctionWorld};
 use crate::board::{BoardConfig, Edge, LightBoard, Pin};
 use crate::world::{Camera, World};
 use darkroom::Darkroom;
 use eye::Eye;
 use gallery::Gallery;
 use settings::Settings;
+use suction::SceneSuction;
 use wires::Wires;
 
 mod darkroom;
 mod eye;
 mod gallery;
 mod settings;
+mod suction;
 mod timeline;
 mod wires;
 
@@ -42,6 +45,11 @@ pub use gallery::Sight;
 
 /// How often a camera's settings are looked at, to have images of the right kind ready.
 const LOOK_AROUND: Duration = Duration::from_millis(50);
+
+/// An arm that moves is shown to its camera every so many steps of its controller, and when it rests.
+const STEPS_SHOWN: u32 = 10;
+/// A joint that is slower rests, rad/s.
+const RESTING: f64 = 1e-9;
 
 /// How a cell is set up, apart from its world.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -71,7 +79,14 @@ pub struct Cell {
     wires: Arc<Wires>,
     served: Arc<[Served]>,
     gallery: Arc<Gallery>,
+    arm: Option<MountedArm>,
     threads: Vec<JoinHandle<()>>,
+}
+
+/// The arm, and what its cup can take hold of.
+struct MountedArm {
+    controller: ArmController,
+    suction: Arc<SceneSuction>,
 }
 
 /// A camera on the network.
@@ -98,6 +113,7 @@ impl Cell {
         config.link = config.link.or_else(|| world.lights.port.clone());
         let cameras = world.cameras.clone();
         let gallery = Arc::new(Gallery::new(world));
+        let arm = mount_arm(&gallery)?;
         let wires = Arc::new(Wires::default());
         let serve = |(index, camera)| serve(index, camera, &gallery, &wires, options);
         let served: Arc<[Served]> = cameras.iter().enumerate().map(serve).collect::<Result<_, _>>()?;
@@ -113,6 +129,7 @@ impl Cell {
             wires,
             served,
             gallery,
+            arm,
             threads,
         })
     }
@@ -127,14 +144,19 @@ impl Cell {
         &self.board
     }
 
+    /// The arm's controller, to see what it does and to make it fail; none in a world without.
+    pub fn arm(&self) -> Option<&ArmController> {
+        self.arm.as_ref().map(|arm| &arm.controller)
+    }
+
     /// As it is now.
     pub fn world(&self) -> Arc<World> {
         self.gallery.world()
     }
 
     /// Changes the world from the next frame on. What is on the network has to stay: the cameras' addresses, serial
-    /// numbers, sensor sizes and trigger lines, and the lights' port.
-    pub fn set_world(&self, world: World) -> Result<(), SimError> {
+    /// numbers, sensor sizes and trigger lines, the lights' port, and the arm, which stays where it went.
+    pub fn set_world(&self, mut world: World) -> Result<(), SimError> {
         let old = self.world();
         for (camera, old) in world.cameras.iter().zip(&old.cameras) {
             check_unchanged(camera, old)?;
@@ -142,11 +164,18 @@ impl Cell {
         if world.lights.port != old.lights.port {
             return Err(stays("lights.port", &world.lights.port, &old.lights.port));
         }
+        if world.arm != old.arm {
+            return Err(stays("arm", &world.arm, &old.arm));
+        }
+        if let Some(arm) = &self.arm {
+            arm.suction.set_scene(&world.scene)?;
+            world.base_from_flange = arm.controller.moment().base_from_flange;
+        }
         self.gallery.set_world(world);
         Ok(())
     }
 
-    /// Moves the arm's flange, and with it the camera that hangs on it.
+    /// Moves the flange, and with it the camera that hangs on it; an arm moves it by itself.
     pub fn set_flange(&self, base_from_flange: RigidTransform) {
         self.gallery.set_flange(base_from_flange);
     }
@@ -240,6 +269,26 @@ fn feel(edge: Edge, cameras: &[Served], wires: &Wires) {
         }
         Pin::Trigger(_) => {}
     }
+}
+
+/// Starts the world's arm, which moves the flange from now on.
+fn mount_arm(gallery: &Arc<Gallery>) -> Result<Option<MountedArm>, SimError> {
+    let world = gallery.world();
+    let Some(arm) = &world.arm else {
+        return Ok(None);
+    };
+    let suction = Arc::new(SceneSuction::new(&world.scene)?);
+    let mut config = arm.config();
+    config.suction = Some(Arc::clone(&suction) as Arc<dyn SuctionWorld>);
+    let (gallery, mut steps) = (Arc::clone(gallery), 0_u32);
+    let controller = ArmController::start_watched(config, move |moment: &ArmMoment| {
+        steps = steps.wrapping_add(1);
+        let rests = moment.velocities.iter().all(|velocity| velocity.abs() < RESTING);
+        if rests || steps.is_multiple_of(STEPS_SHOWN) {
+            gallery.set_flange(moment.base_from_flange);
+        }
+    })?;
+    Ok(Some(MountedArm { controller, suction }))
 }
 
 fn start_threads(gallery: &Arc<Gallery>, served: &Arc<[Served]>) -> Vec<JoinHandle<()>> {

@@ -12,6 +12,9 @@ pub enum SimError {
     /// The simulated light controller.
     #[error(transparent)]
     Board(#[from] crate::board::BoardError),
+    /// The simulated arm.
+    #[error(transparent)]
+    Arm(#[from] crate::arm::ArmError),
     /// Impossible geometry.
     #[error(transparent)]
     Geometry(#[from] geometry::GeometryError),

@@ -17,6 +17,14 @@
 //!   c1: {address: 127.0.0.2, binning: 2}
 //!   c2: {trigger_line: 2, read_noise: 8}
 //! flange: {x: 0.45, z: 0.36, roll: 3.14159}   # where it carries c1
+//! arm:                          # none: the flange stays where it is
+//!   address: 127.0.0.4
+//!   control_port: 5020          # the hardware's, 502, needs privileges
+//!   report_ports: [30001, 30002, 30003]
+//!   serial: XI130506SIM001
+//!   firmware: v2.5.5
+//!   vacuum: 1                   # wiring of the vacuum gripper, 1 or 2
+//!   joints: [0, -0.4, 0, 0.7, 0, 1.1, 0]      # in place of `flange`
 //! room: {mat_albedo: 0.04, walls: []}
 //! ambient: 0.0009               # radiance from everywhere, in the panels' unit
 //! ```
@@ -25,11 +33,14 @@ use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 
 use geometry::{PinholeCamera, RigidTransform};
+use xarm_protocol::{Firmware, VacuumHardware};
 
 use crate::SimError;
+use crate::arm::ArmPorts;
 use crate::scene::{Scene, View};
 use crate::sensor::Sensor;
 
+mod arm;
 mod cameras;
 mod file;
 mod lights;
@@ -46,6 +57,8 @@ pub struct World {
     pub lights: Lights,
     /// C1 and C2.
     pub cameras: Vec<Camera>,
+    /// None: nothing but a flange that stays where it is.
+    pub arm: Option<Arm>,
     /// Where the arm holds its flange.
     pub base_from_flange: RigidTransform,
     /// Objects, room and panels, as they are.
@@ -59,6 +72,23 @@ pub struct Lights {
     pub port: Option<PathBuf>,
     /// For the outputs L1 to L7 the number of the panel that hangs on it, 1 to 7; none is a dead one.
     pub wiring: [Option<u8>; 7],
+}
+
+/// The arm's controller, and the arm when it is switched on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arm {
+    /// Where it is on the network.
+    pub address: Ipv4Addr,
+    /// Control and reports.
+    pub ports: ArmPorts,
+    /// Of the arm; its joint limits follow from it.
+    pub serial: String,
+    /// Of the control box.
+    pub firmware: Firmware,
+    /// How the vacuum gripper is wired.
+    pub vacuum: VacuumHardware,
+    /// Radians.
+    pub joints: [f64; 7],
 }
 
 /// A camera.

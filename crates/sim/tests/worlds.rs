@@ -268,3 +268,45 @@ fn files_are_named_and_meshes_and_ports_lie_beside_them() {
     assert_eq!(world.scene.bodies[0].mesh.triangles.len(), 1);
     assert_eq!(world.lights.port, Some(folder.path().join("tty")));
 }
+
+#[test]
+fn an_arm_holds_its_flange_where_the_world_says() {
+    assert_eq!(world("").arm, None);
+    let rig = world("");
+    let with_arm = world("arm: {vacuum: 2, firmware: v1.12.10}");
+    let apart = rig.base_from_flange.inverse() * with_arm.base_from_flange;
+    assert!(apart.translation().norm() < 1e-6 && apart.rotation().angle() < 1e-6);
+    let arm = with_arm.arm.expect("an arm");
+    assert_eq!((arm.address, arm.ports.control), (Ipv4Addr::new(127, 0, 0, 4), 5020));
+    assert_eq!(
+        [arm.ports.normal, arm.ports.rich, arm.ports.real],
+        [30001, 30002, 30003]
+    );
+    let placed = world("arm: {joints: [0, -0.4, 0, 0.7, 0, 1.1, 0], report_ports: [1, 2, 3]}");
+    assert!((placed.base_from_flange.translation().x - 0.350_648).abs() < 1e-6);
+    assert_eq!(placed.arm.expect("an arm").ports.real, 3);
+}
+
+#[test]
+fn impossible_arms_are_refused() {
+    let cases = [
+        ("arm: {vacuum: 3}", "arm.vacuum is 3; allowed is 1 or 2"),
+        (
+            "arm: {firmware: v9.0.0}",
+            "arm.firmware is v9.0.0 (firmware v9.0.0 is not known",
+        ),
+        (
+            "arm: {joints: [0, 3, 0, 0, 0, 0, 0]}",
+            "arm.joints is [0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0] (angle of joint `joint2`",
+        ),
+        (
+            "{arm: {}, flange: {x: 3}}",
+            "arm.joints is not given, and no joint angles",
+        ),
+        ("arm: {port: 502}", "unknown field `port`"),
+    ];
+    for (yaml, expected) in cases {
+        let found = refusal(yaml);
+        assert!(found.contains(expected), "{yaml}: {found}");
+    }
+}

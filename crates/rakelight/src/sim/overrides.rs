@@ -15,6 +15,7 @@ pub(super) struct Overrides {
     pub(super) light_port: Option<PathBuf>,
     pub(super) cameras: Vec<CameraPlace>,
     pub(super) binnings: Vec<CameraBinning>,
+    pub(super) arm: Option<Ipv4Addr>,
 }
 
 /// `c1=2`.
@@ -89,6 +90,11 @@ impl Overrides {
         if let Some(port) = &self.light_port {
             world.lights.port = Some(port.clone());
         }
+        if let Some(address) = self.arm {
+            let arm = world.arm.as_mut();
+            arm.ok_or_else(|| anyhow!("--arm {address}: the world has no arm"))?
+                .address = address;
+        }
         Ok(world)
     }
 }
@@ -111,6 +117,7 @@ mod tests {
             light_port: Some("there".into()),
             cameras: cameras.iter().map(|text| text.parse()).collect::<Result<_, _>>()?,
             binnings: vec!["c2=4".parse()?],
+            arm: None,
         };
         overrides.read(&path)
     }

@@ -50,7 +50,7 @@ impl Clients {
         let client = Arc::new(Client {
             number,
             name,
-            wire: wire.try_clone()?,
+            wire,
             writing: Mutex::new(()),
         });
         self.open.lock().insert(number, Arc::clone(&client));

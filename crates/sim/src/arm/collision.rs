@@ -62,23 +62,23 @@ pub(super) fn touches_itself(links: &[RigidTransform; 7]) -> bool {
 
 /// Of two segments (Ericson, "Real-Time Collision Detection", 2005, section 5.1.9).
 fn squared_distance(first: &[Point3<f64>; 2], second: &[Point3<f64>; 2]) -> f64 {
-    let (along, other) = (first[1] - first[0], second[1] - second[0]);
+    let (along, across) = (first[1] - first[0], second[1] - second[0]);
     let between: Vector3<f64> = first[0] - second[0];
-    let (a, e, f) = (along.norm_squared(), other.norm_squared(), other.dot(&between));
-    let (b, c) = (along.dot(&other), along.dot(&between));
-    let parallel = a * e - b * b;
-    let s = if parallel > 1e-12 {
-        ((b * f - c * e) / parallel).clamp(0.0, 1.0)
+    let (along_squared, across_squared) = (along.norm_squared(), across.norm_squared());
+    let (mixed, along_between, across_between) = (along.dot(&across), along.dot(&between), across.dot(&between));
+    let on_first = |share: f64| (share / along_squared).clamp(0.0, 1.0);
+    let parallel = along_squared * across_squared - mixed * mixed;
+    let free = if parallel > 1e-12 {
+        ((mixed * across_between - along_between * across_squared) / parallel).clamp(0.0, 1.0)
     } else {
         0.0
     };
-    let t = (b * s + f) / e;
-    let (s, t) = match t {
-        _ if t < 0.0 => ((-c / a).clamp(0.0, 1.0), 0.0),
-        _ if t > 1.0 => (((b - c) / a).clamp(0.0, 1.0), 1.0),
-        _ => (s, t),
+    let (s, t) = match (mixed * free + across_between) / across_squared {
+        before if before < 0.0 => (on_first(-along_between), 0.0),
+        behind if behind > 1.0 => (on_first(mixed - along_between), 1.0),
+        within => (free, within),
     };
-    ((first[0] + along * s) - (second[0] + other * t)).norm_squared()
+    ((first[0] + along * s) - (second[0] + across * t)).norm_squared()
 }
 
 #[cfg(test)]

@@ -35,7 +35,7 @@ pub(super) enum Drive {
     Servo(Servo),
     Jog(Jog),
     Stopping {
-        stop: Stop<7>,
+        stop: Box<Stop<7>>,
         time: f64,
     },
 }
@@ -194,7 +194,7 @@ impl Core {
 
     fn check_step(&mut self, angles: Joints) -> Result<Joints, u8> {
         let now = self.angles();
-        if angles == now {
+        if angles.iter().zip(&now).all(|(next, now)| next.total_cmp(now).is_eq()) {
             return Ok(angles);
         }
         let touched = self.touches_itself;
@@ -301,7 +301,10 @@ impl Core {
             ..joint
         });
         self.drive = match Stop::from(&states, &limits) {
-            Ok(stop) => Drive::Stopping { stop, time: 0.0 },
+            Ok(stop) => Drive::Stopping {
+                stop: Box::new(stop),
+                time: 0.0,
+            },
             Err(_) => Drive::Rest,
         };
     }
@@ -325,6 +328,7 @@ impl Core {
         for event in events {
             match event {
                 Event::Outputs(value) => self.tool.set_outputs(*value),
+                Event::Load(load) => self.settings.load = *load,
                 Event::Feedback(ticket, kind, result) => self.tell(ticket, *kind, *result),
             }
         }

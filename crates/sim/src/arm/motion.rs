@@ -34,6 +34,15 @@ impl Core {
                 self.enqueue(Action::Pause(f64::from(*seconds)), ticket)
             }
             Request::PauseTime(_) => Outcome::Invalid,
+            Request::SetTcpLoad {
+                mass,
+                centre: [x, y, z],
+            } => match [*mass, *x, *y, *z] {
+                load if *mass >= 0.0 && load.iter().all(|number| number.is_finite()) => {
+                    self.enqueue(Action::Load(load), ticket)
+                }
+                _ => Outcome::Invalid,
+            },
             Request::QueueMarker => self.enqueue(Action::Marker, ticket),
             Request::ServoJoint { angles, .. } => self.servo_joint(&joints_of_wire(angles), at),
             Request::ServoCartesian { pose, in_tool } => self.servo_cartesian(pose, *in_tool, at),
@@ -50,12 +59,12 @@ impl Core {
                 self.jog(velocity, *duration)
             }
             Request::CartesianVelocity {
-                velocity: [x, y, z, a, b, c],
+                velocity: twist,
                 in_tool,
                 duration,
             } => {
                 let velocity = Velocity::Tool {
-                    wanted: [x / 1e3, y / 1e3, z / 1e3, *a, *b, *c].map(f64::from),
+                    wanted: std::array::from_fn(|axis| f64::from(twist[axis]) * if axis < 3 { 1e-3 } else { 1.0 }),
                     now: [0.0; 6],
                     in_tool: *in_tool,
                 };
@@ -166,23 +175,21 @@ impl Core {
         Outcome::Data(vec![0, 0, scene.check(motion).err().unwrap_or(0)])
     }
 
-    /// Into the queue of mode 0; where nothing waits, what is no motion is done at once.
-    fn enqueue(&mut self, action: Action, ticket: &Ticket) -> Outcome {
-        let is_idle = self.mode != Mode::Position || !self.is_ready() || self.planner.count() == 0;
-        match action {
-            Action::Move(_) | Action::Pause(_) if !self.is_ready() => {
+    /// Into the queue of mode 0; where nothing waits, what takes no time is done at once.
+    pub(super) fn enqueue(&mut self, action: Action, ticket: &Ticket) -> Outcome {
+        let is_ready = self.is_ready();
+        let is_idle = self.mode != Mode::Position || !is_ready || self.planner.count() == 0;
+        let task = Task {
+            ticket: *ticket,
+            action,
+        };
+        match task.action {
+            Action::Move(_) | Action::Pause(_) if !is_ready => {
                 self.tell(ticket, FeedbackKind::End, FeedbackResult::Discarded);
             }
-            Action::Outputs(value) if is_idle => {
-                self.tool.set_outputs(value);
-                self.tell(ticket, FeedbackKind::Triggered, FeedbackResult::Done);
-            }
-            Action::Marker if is_idle => self.tell(ticket, FeedbackKind::End, FeedbackResult::Done),
+            Action::Outputs(_) | Action::Load(_) | Action::Marker if is_idle => self.handle(&task.instant()),
             _ if self.planner.is_full() => self.warn(caution::QUEUE_FULL),
-            action => self.planner.push(Task {
-                ticket: *ticket,
-                action,
-            }),
+            _ => self.planner.push(task),
         }
         Outcome::Done
     }

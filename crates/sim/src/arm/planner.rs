@@ -33,6 +33,8 @@ pub(super) enum Event {
     Feedback(Ticket, FeedbackKind, FeedbackResult),
     /// The tool's outputs are due.
     Outputs(u16),
+    /// So is another load.
+    Load([f32; 4]),
 }
 
 /// What is under way.
@@ -44,7 +46,7 @@ struct Running {
 
 #[derive(Debug)]
 enum Doing {
-    Segment(Segment),
+    Segment(Box<Segment>),
     /// Seconds that are left.
     Pause(f64),
 }
@@ -54,7 +56,7 @@ pub(super) struct Planner {
     waiting: VecDeque<Task>,
     active: Option<Running>,
     /// Begun while the active one ends.
-    next: Option<(Ticket, Segment)>,
+    next: Option<(Ticket, Box<Segment>)>,
     /// Of time: 0 while paused.
     rate: f64,
     is_paused: bool,
@@ -163,31 +165,13 @@ impl Planner {
             let Some(task) = self.waiting.pop_front() else {
                 break;
             };
-            let ticket = task.ticket;
-            let what = match task.action {
-                Action::Move(motion) => {
-                    let start = scene.start_of(&motion.goal);
-                    // Told before a fault is: a motion that fails had begun.
-                    events.push(Event::Feedback(ticket, FeedbackKind::Start, FeedbackResult::Done));
-                    match scene.plan(&motion, &start) {
-                        Ok(segment) => Doing::Segment(segment),
-                        Err(code) => {
-                            events.push(Event::Feedback(ticket, FeedbackKind::End, FeedbackResult::Failed));
-                            return Err(code);
-                        }
-                    }
-                }
-                Action::Pause(seconds) => Doing::Pause(seconds),
-                Action::Outputs(value) => {
-                    events.push(Event::Outputs(value));
-                    events.push(Event::Feedback(ticket, FeedbackKind::Triggered, FeedbackResult::Done));
-                    continue;
-                }
-                Action::Marker => {
-                    events.push(Event::Feedback(ticket, FeedbackKind::End, FeedbackResult::Done));
-                    continue;
-                }
+            events.extend(task.instant());
+            let what = match &task.action {
+                Action::Move(motion) => Doing::Segment(Box::new(begin_move(motion, task.ticket, scene, events)?)),
+                Action::Pause(seconds) => Doing::Pause(*seconds),
+                Action::Outputs(_) | Action::Load(_) | Action::Marker => continue,
             };
+            let ticket = task.ticket;
             self.active = Some(Running { ticket, what });
         }
         Ok(())
@@ -220,8 +204,29 @@ impl Planner {
         let (ticket, next) = (*ticket, scene.plan(motion, &corner)?);
         self.waiting.pop_front();
         events.push(Event::Feedback(ticket, FeedbackKind::Start, FeedbackResult::Done));
-        self.next = Some((ticket, next));
+        self.next = Some((ticket, Box::new(next)));
         Ok(())
+    }
+}
+
+/// That it begins is told before that it fails.
+fn begin_move(motion: &Move, ticket: Ticket, scene: &Scene<'_>, events: &mut Vec<Event>) -> Result<Segment, u8> {
+    events.push(Event::Feedback(ticket, FeedbackKind::Start, FeedbackResult::Done));
+    scene.plan(motion, &scene.start_of(&motion.goal)).inspect_err(|_| {
+        events.push(Event::Feedback(ticket, FeedbackKind::End, FeedbackResult::Failed));
+    })
+}
+
+impl Task {
+    /// What comes of it where it takes no time; nothing yet for what does.
+    pub(super) fn instant(&self) -> Vec<Event> {
+        let done = |kind| Event::Feedback(self.ticket, kind, FeedbackResult::Done);
+        match self.action {
+            Action::Outputs(value) => vec![Event::Outputs(value), done(FeedbackKind::Triggered)],
+            Action::Load(load) => vec![Event::Load(load), done(FeedbackKind::End)],
+            Action::Marker => vec![done(FeedbackKind::End)],
+            Action::Move(_) | Action::Pause(_) => Vec::new(),
+        }
     }
 }
 

@@ -11,13 +11,15 @@ use super::units::{joints_of_wire, joints_to_wire, pose_of_wire, pose_to_wire};
 
 /// Bytes of the serial numbers.
 const SERIAL_NUMBERS: usize = 40;
-/// Below, a serial number's field.
+/// Of one of them.
 const SERIAL_NUMBER: usize = 14;
+/// Of a serial number: series and generation.
+const MODEL: usize = 6;
 
 impl Core {
     pub(super) fn query(&mut self, request: &Request) -> Option<Outcome> {
         Some(match request {
-            Request::Version => Outcome::Data(self.config.identity.encode()),
+            Request::Version => Outcome::Data(self.identity()),
             Request::SerialNumbers => Outcome::Data(self.serial_numbers()),
             Request::GetState => Outcome::Data(vec![self.reported_state().number()]),
             Request::GetQueued => Outcome::Data((self.planner.count() as u16).to_be_bytes().to_vec()),
@@ -45,6 +47,16 @@ impl Core {
             Request::BoxInputs => Outcome::Data(vec![0; 2]),
             _ => return None,
         })
+    }
+
+    /// With the beginnings of the serial numbers, as the hardware tells them: the vendor's client reads 40 bytes, which
+    /// whole ones and a long version would not fit into.
+    fn identity(&self) -> Vec<u8> {
+        let mut told = self.config.identity.clone();
+        for serial in [&mut told.arm_serial, &mut told.box_serial] {
+            *serial = serial.chars().take(MODEL).collect();
+        }
+        told.encode()
     }
 
     fn serial_numbers(&self) -> Vec<u8> {

@@ -18,10 +18,6 @@ impl Core {
         let settings = &mut self.settings;
         let is_valid = match request {
             Request::SetTcpOffset(offset) => assign_finite(&mut settings.tcp_offset, offset),
-            Request::SetTcpLoad {
-                mass,
-                centre: [x, y, z],
-            } => *mass >= 0.0 && assign_finite(&mut settings.load, &[*mass, *x, *y, *z]),
             Request::SetGravity(direction) => assign_finite(&mut settings.gravity, direction),
             Request::SetWorldOffset(offset) => assign_finite(&mut settings.world_offset, offset),
             Request::SetCollisionSensitivity(value) => assign_sensitivity(&mut settings.collision_sensitivity, *value),

@@ -34,6 +34,8 @@ pub(super) enum Action {
     Pause(f64),
     /// Mask and bits.
     Outputs(u16),
+    /// On the flange: kilograms, millimetres.
+    Load([f32; 4]),
     /// Nothing but to tell that all before it is done.
     Marker,
 }

@@ -47,9 +47,8 @@ impl ToolBoard {
         let versions = tool_address::VERSION..tool_address::VERSION + 3;
         Some(match address {
             tool_address::INPUTS if self.held.is_some() => self.hardware.input_bit().into(),
-            tool_address::INPUTS => 0,
             tool_address::OUTPUTS => self.outputs.into(),
-            tool_address::ANALOG => 0,
+            tool_address::INPUTS | tool_address::ANALOG => 0,
             _ if address == tool_address::ANALOG + 1 => 0,
             _ if versions.contains(&address) => VERSION[usize::from(address - tool_address::VERSION)],
             _ => return None,

@@ -1,7 +1,7 @@
 //! Between the wire's units (millimetres; roll, pitch, yaw) and the arm's own (metres, transforms).
 
 use geometry::RigidTransform;
-use geometry::nalgebra::{UnitQuaternion, Vector3};
+use geometry::nalgebra::{UnitQuaternion, Vector3, Vector6};
 
 use super::model::Joints;
 
@@ -16,11 +16,9 @@ pub(super) fn pose_of_wire(pose: &[f32; 6]) -> RigidTransform {
 
 /// The same with a rotation vector instead of the angles.
 pub(super) fn axis_angle_of_wire(pose: &[f32; 6]) -> RigidTransform {
-    let [x, y, z, a, b, c] = pose.map(f64::from);
-    RigidTransform::from_parts(
-        Vector3::new(x, y, z) * MM,
-        UnitQuaternion::from_scaled_axis(Vector3::new(a, b, c)),
-    )
+    let numbers = Vector6::from(pose.map(f64::from));
+    let turn = numbers.fixed_rows::<3>(3).into_owned();
+    RigidTransform::from_parts(numbers.fixed_rows::<3>(0) * MM, UnitQuaternion::from_scaled_axis(turn))
 }
 
 pub(super) fn pose_to_wire(pose: &RigidTransform) -> [f32; 6] {

@@ -38,13 +38,6 @@ impl Wire {
         }
     }
 
-    pub(super) fn try_clone(&self) -> Result<Self> {
-        Ok(match self {
-            Self::Tcp(stream) => Self::Tcp(stream.try_clone()?),
-            Self::Unix(stream) => Self::Unix(stream.try_clone()?),
-        })
-    }
-
     /// Ends reads and writes that wait, too.
     pub(super) fn close(&self) {
         // A connection that is closed already is no error.

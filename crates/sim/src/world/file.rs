@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::arm::ArmFile;
 use super::cameras::CamerasFile;
 use super::lights::LightsFile;
 use super::objects::{ObjectFile, bodies};
@@ -11,6 +12,7 @@ use super::pose::PoseFile;
 use super::room::RoomFile;
 use super::{World, cameras};
 use crate::SimError;
+use crate::arm::flange_of;
 use crate::scene::Scene;
 
 /// 3 % of what L1 gives a surface in the middle of the mat that faces it, from everywhere.
@@ -24,6 +26,7 @@ pub(super) struct WorldFile {
     lights: LightsFile,
     cameras: CamerasFile,
     flange: Option<PoseFile>,
+    arm: Option<ArmFile>,
     room: RoomFile,
     ambient: Option<f64>,
 }
@@ -31,11 +34,16 @@ pub(super) struct WorldFile {
 impl WorldFile {
     pub(super) fn resolve(&self, folder: &Path) -> Result<World, SimError> {
         let flange = |pose: PoseFile| pose.resolve([0.0; 3]).map_err(|error| error.within("flange"));
+        let base_from_flange = self.flange.map_or_else(cameras::rig_flange, flange)?;
+        let arm = self.arm.as_ref().map(|arm| arm.resolve(&base_from_flange));
+        let arm = arm.transpose().map_err(|error| error.within("arm"))?;
+        let held = arm.as_ref().map(|arm| flange_of(&arm.config())).transpose()?;
         Ok(World {
             seed: self.seed,
             lights: self.lights.resolve(folder).map_err(|error| error.within("lights"))?,
             cameras: self.cameras.resolve().map_err(|error| error.within("cameras"))?,
-            base_from_flange: self.flange.map_or_else(cameras::rig_flange, flange)?,
+            base_from_flange: held.unwrap_or(base_from_flange),
+            arm,
             scene: self.scene(folder)?,
         })
     }

@@ -85,7 +85,7 @@ fn a_pressed_button_cannot_be_cleaned() {
 fn motions_that_cannot_be_are_errors_of_their_own() {
     let cases = [
         (23, joint_move([0.0, 2.5, 0.0, 1.0, 0.0, 0.0, 0.0], 1.0)),
-        (40, line([1500.0, 0.0, 300.0, 3.14, 0.0, 0.0], 100.0)),
+        (40, line([1500.0, 0.0, 300.0, 3.0, 0.0, 0.0], 100.0)),
     ];
     for (code, request) in cases {
         let arm = start();

@@ -13,7 +13,12 @@ fn an_arm_tells_who_it_is() {
         let mut client = Client::connect(&arm);
         let reply = client.call(&Request::Version);
         let identity = Identity::decode(&reply.data).expect("an identity");
-        assert_eq!(identity.to_owned(), of_firmware(version).identity);
+        assert_eq!(reply.data.len(), 40, "the vendor's client reads no more");
+        assert_eq!((identity.axes, identity.firmware.to_string().as_str()), (7, version));
+        assert_eq!(
+            (identity.arm_serial.as_str(), identity.box_serial.as_str()),
+            ("XI1305", "AC1305")
+        );
         assert!(reply.status.has(Status::NOT_READY) && !reply.status.has(Status::ERROR));
         let serials = client.call(&Request::SerialNumbers).data;
         assert_eq!((serials.len(), &serials[..14]), (40, &b"XI130506SIM001"[..]));
@@ -40,11 +45,13 @@ fn switching_on_goes_through_the_states() {
         "another mode wants to be set ready again"
     );
     client.fine(&Request::SetState(StateCommand::Run));
-    client.call(&Request::SetTcpLoad {
+    client.fine(&Request::SetTcpLoad {
         mass: 0.61,
         centre: [0.0, 0.0, 53.0],
     });
-    assert_eq!(client.state(), State::Changed, "so does another load");
+    assert_eq!(client.state(), State::Ready, "another load is nothing of the kind");
+    client.call(&Request::SetTcpOffset([0.0, 0.0, 126.0, 0.0, 0.0, 0.0]));
+    assert_eq!(client.state(), State::Changed, "another tool is");
     client.fine(&Request::SetState(StateCommand::Run));
     client.call(&Request::MotionEnable { axis: 3, on: false });
     assert_eq!(client.state(), State::Stopped);

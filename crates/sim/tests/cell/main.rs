@@ -1,5 +1,6 @@
 //! The whole cell over its wires: the real firmware steps the lights, the cameras expose and send.
 
+mod arm;
 mod camera;
 mod controller;
 
