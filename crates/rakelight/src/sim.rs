@@ -5,7 +5,7 @@ mod overrides;
 mod pictures;
 
 use std::io::Write;
-use std::net::Ipv4Addr;
+use std::net::SocketAddrV4;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -36,9 +36,9 @@ pub(crate) struct Arguments {
     /// Binning that a camera will be set to, so that it is rendered at once, in place of the world file's.
     #[arg(long = "binning", value_name = "c1=2")]
     binnings: Vec<CameraBinning>,
-    /// Address of the arm, in place of the world file's.
-    #[arg(long = "arm", value_name = "127.0.0.9")]
-    arm: Option<Ipv4Addr>,
+    /// Address and control port of the arm, in place of the world file's.
+    #[arg(long = "arm", value_name = "127.0.0.9:5020")]
+    arm: Option<SocketAddrV4>,
     /// Stop when standard input ends, as well as on Ctrl-C.
     #[arg(long)]
     end_with_stdin: bool,

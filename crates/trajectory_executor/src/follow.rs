@@ -1,7 +1,6 @@
 //! The action `follow_joint_trajectory`, as `MoveIt` and others use it.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use devices::JointValues;
 use interfaces::control_msgs::action::{
@@ -10,18 +9,13 @@ use interfaces::control_msgs::action::{
 use interfaces::control_msgs::msg::JointTolerance;
 use interfaces::trajectory_msgs::msg::JointTrajectoryPoint;
 use ros::{ActionServer, ActiveGoal, Node};
-use tokio::task::JoinSet;
-use tokio::time::MissedTickBehavior;
-use tracing::Instrument;
 use trajectory::{TimedPoint, Trajectory};
 
 use crate::convert::duration_seconds;
 use crate::error::{Error, MotionError};
 use crate::executor::Running;
+use crate::goals;
 use crate::services::Desk;
-
-/// Feedback is for people and progress bars.
-const FEEDBACK: Duration = Duration::from_millis(50);
 
 pub(crate) struct Follow {
     server: ActionServer<FollowJointTrajectory>,
@@ -47,34 +41,28 @@ impl Follow {
         })
     }
 
-    pub(crate) async fn serve(mut self) {
-        let mut goals = JoinSet::new();
-        let names = Arc::new(self.names);
-        while let Some(offer) = self.server.next().await {
-            while goals.try_join_next().is_some() {}
-            match offer.accept().await {
-                Ok(goal) => {
-                    let follower = Follower {
-                        desk: Arc::clone(&self.desk),
-                        names: Arc::clone(&names),
-                    };
-                    goals.spawn(async move { follower.run(goal).await }.in_current_span());
-                }
-                Err(error) => tracing::warn!(%error, "a goal is lost"),
-            }
-        }
+    pub(crate) async fn serve(self) {
+        let follower = Arc::new(Follower {
+            desk: self.desk,
+            names: self.names,
+        });
+        goals::serve(self.server, |goal| {
+            let follower = Arc::clone(&follower);
+            async move { follower.run(goal).await }
+        })
+        .await;
     }
 }
 
 struct Follower {
     desk: Arc<Desk>,
-    names: Arc<Vec<String>>,
+    names: Vec<String>,
 }
 
 impl Follower {
     async fn run(&self, goal: ActiveGoal<FollowJointTrajectory>) {
         let ending = match self.begin(goal.goal()) {
-            Ok(running) => self.follow(&goal, running).await,
+            Ok(running) => goals::follow(&self.desk.executor, &goal, running, |_| self.feed_back(&goal)).await,
             Err(error) => Err(error),
         };
         let cancelled = goal.is_cancel_requested();
@@ -156,22 +144,6 @@ impl Follower {
         ))
     }
 
-    async fn follow(&self, goal: &ActiveGoal<FollowJointTrajectory>, mut running: Running) -> Result<(), MotionError> {
-        let mut ticks = tokio::time::interval(FEEDBACK);
-        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let mut cancelled = false;
-        loop {
-            tokio::select! {
-                ending = running.ended() => return ending,
-                () = goal.cancel_requested(), if !cancelled => {
-                    cancelled = true;
-                    self.desk.executor.cancel();
-                }
-                _ = ticks.tick() => self.feed_back(goal),
-            }
-        }
-    }
-
     fn feed_back(&self, goal: &ActiveGoal<FollowJointTrajectory>) {
         let Some(desired) = self.desk.executor.remote().commanded() else {
             return;
@@ -182,7 +154,7 @@ impl Follower {
         };
         let error = std::array::from_fn(|joint| desired[joint].position - actual.angles[joint]);
         let feedback = FollowJointTrajectoryFeedback {
-            joint_names: self.names.to_vec(),
+            joint_names: self.names.clone(),
             desired: point(
                 &desired.map(|state| state.position),
                 &desired.map(|state| state.velocity),

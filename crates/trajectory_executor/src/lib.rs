@@ -16,6 +16,7 @@ mod diagnostics;
 mod error;
 mod executor;
 mod follow;
+mod goals;
 mod model;
 mod move_tool;
 mod parameters;

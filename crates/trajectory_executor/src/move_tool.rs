@@ -10,17 +10,13 @@ use interfaces::rakelight_msgs::action::{MoveTool as Action, MoveToolFeedback, M
 use kinematics::IkOptions;
 use nalgebra::SVector;
 use ros::{ActionServer, ActiveGoal, Node};
-use tokio::task::JoinSet;
-use tokio::time::MissedTickBehavior;
-use tracing::Instrument;
 use trajectory::{Planner, Trajectory};
 
 use crate::convert::pose;
 use crate::error::{Error, MotionError};
-use crate::executor::Running;
+use crate::goals;
 use crate::services::Desk;
 
-const FEEDBACK: Duration = Duration::from_millis(50);
 /// More poses than anybody needs are refused: planning them would take seconds.
 const MOST_POSES: usize = 1000;
 
@@ -43,18 +39,13 @@ impl MoveTool {
         })
     }
 
-    pub(crate) async fn serve(mut self) {
-        let mut goals = JoinSet::new();
-        while let Some(offer) = self.server.next().await {
-            while goals.try_join_next().is_some() {}
-            match offer.accept().await {
-                Ok(goal) => {
-                    let mover = Mover(Arc::clone(&self.desk));
-                    goals.spawn(async move { mover.run(goal).await }.in_current_span());
-                }
-                Err(error) => tracing::warn!(%error, "a goal is lost"),
-            }
-        }
+    pub(crate) async fn serve(self) {
+        let mover = Arc::new(Mover(self.desk));
+        goals::serve(self.server, |goal| {
+            let mover = Arc::clone(&mover);
+            async move { mover.run(goal).await }
+        })
+        .await;
     }
 }
 
@@ -96,26 +87,13 @@ impl Mover {
     async fn execute(&self, goal: &ActiveGoal<Action>, plan: Plan) -> Result<(), MotionError> {
         let tolerance = self.0.parameters.start_tolerance.get();
         let running = self.0.executor.begin(plan.trajectory, plan.speed, tolerance)?;
-        self.follow(goal, running).await
-    }
-
-    async fn follow(&self, goal: &ActiveGoal<Action>, mut running: Running) -> Result<(), MotionError> {
-        let mut ticks = tokio::time::interval(FEEDBACK);
-        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let mut cancelled = false;
-        loop {
-            tokio::select! {
-                ending = running.ended() => return ending,
-                () = goal.cancel_requested(), if !cancelled => {
-                    cancelled = true;
-                    self.0.executor.cancel();
-                }
-                _ = ticks.tick() => {
-                    // Feedback that is lost is followed by the next.
-                    let _ = goal.feedback(MoveToolFeedback { progress: running.progress() as f32 });
-                }
-            }
-        }
+        goals::follow(&self.0.executor, goal, running, |running| {
+            // Feedback that is lost is followed by the next.
+            let _ = goal.feedback(MoveToolFeedback {
+                progress: running.progress() as f32,
+            });
+        })
+        .await
     }
 }
 

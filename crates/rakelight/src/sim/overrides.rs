@@ -1,6 +1,6 @@
 //! What the command line says in place of the world file.
 
-use std::net::Ipv4Addr;
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -15,7 +15,7 @@ pub(super) struct Overrides {
     pub(super) light_port: Option<PathBuf>,
     pub(super) cameras: Vec<CameraPlace>,
     pub(super) binnings: Vec<CameraBinning>,
-    pub(super) arm: Option<Ipv4Addr>,
+    pub(super) arm: Option<SocketAddrV4>,
 }
 
 /// `c1=2`.
@@ -90,10 +90,10 @@ impl Overrides {
         if let Some(port) = &self.light_port {
             world.lights.port = Some(port.clone());
         }
-        if let Some(address) = self.arm {
+        if let Some(place) = self.arm {
             let arm = world.arm.as_mut();
-            arm.ok_or_else(|| anyhow!("--arm {address}: the world has no arm"))?
-                .address = address;
+            let arm = arm.ok_or_else(|| anyhow!("--arm {place}: the world has no arm"))?;
+            (arm.address, arm.ports.control) = (*place.ip(), place.port());
         }
         Ok(world)
     }

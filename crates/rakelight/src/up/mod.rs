@@ -207,6 +207,12 @@ fn simulation(config: &LaunchConfig, world: &Path) -> Vec<OsString> {
     if let Some(ParameterValue::String(port)) = config.parameters(LIGHTS).get("port") {
         arguments.extend(["--light-port".into(), port.into()]);
     }
+    let arm = config.parameters(ARM);
+    if let (Some(ParameterValue::String(host)), Some(ParameterValue::Integer(port))) =
+        (arm.get("host"), arm.get("control_port"))
+    {
+        arguments.extend(["--arm".into(), format!("{host}:{port}").into()]);
+    }
     for (name, value) in config.parameters(CAPTURER) {
         if let (Some(camera), ParameterValue::String(guid)) = (name.strip_suffix(".guid"), value) {
             arguments.extend(["--camera".into(), format!("{camera}={guid}").into()]);

@@ -17,6 +17,8 @@ pub(super) type Binning = [u32; 2];
 /// An arm that moves is not followed step by step: it is looked at when it has been still for so long, or when a frame
 /// is wanted.
 const STILL: Duration = Duration::from_millis(100);
+/// An arm that is held trembles by less, metres and radians; no pixel shows it.
+const UNSEEN: [f64; 2] = [2e-6, 5e-6];
 
 /// A rendered view.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,7 +115,7 @@ impl Gallery {
     /// The arm moved; cameras that it does not carry see what they saw.
     pub(super) fn set_flange(&self, base_from_flange: geometry::RigidTransform) {
         let mut state = self.state.lock();
-        if state.world.base_from_flange == base_from_flange {
+        if is_as_seen(&state.world.base_from_flange, &base_from_flange) {
             return;
         }
         let old = Arc::clone(&state.world);
@@ -304,4 +306,9 @@ impl Job {
             took: start.elapsed(),
         })
     }
+}
+
+fn is_as_seen(shown: &geometry::RigidTransform, now: &geometry::RigidTransform) -> bool {
+    let off = shown.inverse() * *now;
+    off.translation().norm() < UNSEEN[0] && off.rotation().angle() < UNSEEN[1]
 }
