@@ -30,9 +30,11 @@ fn reports_of_every_firmware_are_read() {
 #[test]
 fn ports_have_their_rates() {
     let arm = start();
-    let mut ports = [ReportKind::Real, ReportKind::Rich, ReportKind::Normal].map(|kind| Reports::connect(&arm, kind));
-    ports.iter_mut().for_each(|reports| drop(reports.next()));
     let begin = Instant::now();
+    let mut ports = [ReportKind::Real, ReportKind::Rich, ReportKind::Normal].map(|kind| Reports::connect(&arm, kind));
+    for reports in &mut ports {
+        reports.next();
+    }
     for _ in 0..100 {
         ports[0].next();
     }
