@@ -123,6 +123,16 @@ def test_every_report_is_understood(connect, report_type):
     assert close(client.angles, HOME, 1e-5)
 
 
+def test_a_circle_comes_round(connect):
+    client = connect("v2.5.5")
+    enable(client)
+    _, pose = client.get_position()
+    through, to = [*pose], [*pose]
+    through[0], through[1], to[0] = pose[0] + 40.0, pose[1] + 40.0, pose[0] + 80.0
+    assert client.move_circle(through, to, 100, speed=200, mvacc=2000, wait=True, timeout=TIMEOUT) == 0
+    assert close(client.get_position()[1], pose, 1e-2)
+
+
 def wave(seconds):
     """From home and back in two seconds, all joints."""
     shift = 0.05 * (1 - math.cos(math.pi * seconds))

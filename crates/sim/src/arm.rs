@@ -138,6 +138,7 @@ impl ArmController {
             faults: FaultBox::default(),
             doors: Mutex::new(Some(doors)),
             ended: AtomicBool::new(false),
+            delivering: Mutex::new(()),
         });
         let (first, second) = (Arc::clone(&shared), Arc::clone(&shared));
         let threads = vec![
@@ -243,6 +244,7 @@ impl ArmController {
     pub fn switch_off(&self) {
         drop(self.shared.doors.lock().take());
         self.shared.core.lock().restart();
+        self.shared.faults.pause(Duration::ZERO);
         self.drop_clients();
         self.shared.clients.join();
     }

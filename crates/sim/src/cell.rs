@@ -1,5 +1,5 @@
-//! The world, its cameras and its lights, together: two GigE Vision cameras that expose while the pins of the simulated
-//! light controller light panels and pulse trigger lines.
+//! The world, its cameras, its lights and its arm, together: two GigE Vision cameras that expose while the pins of the
+//! simulated light controller light panels and pulse trigger lines, and an arm that carries one of them.
 //!
 //! ```no_run
 //! use std::time::Duration;

@@ -6,7 +6,7 @@
 //! - [`render`]: what a camera sees of a [`scene::Scene`], one radiance image per light.
 //! - [`board`]: the light controller's firmware on a simulated microcontroller behind a pseudo-terminal.
 //! - [`arm`]: the xArm7's controller behind its TCP ports, and the arm that it moves.
-//! - [`cell`]: all of it together: two cameras on the network that expose while the board's pins light panels.
+//! - [`cell`]: all of it together: two cameras on the network that expose while the board's pins light panels, and the arm.
 
 pub mod arm;
 pub mod board;

@@ -1,8 +1,8 @@
 //! Bytes that the vendor's own client sends and takes.
 
 use xarm_protocol::{
-    Feedback, FeedbackKind, FeedbackResult, Frame, FrameReader, Mode, MoveJoint, MoveLine, MoveLineOptions, Protocol,
-    Reply, Request, StateCommand, Status,
+    Feedback, FeedbackKind, FeedbackResult, Frame, FrameReader, Mode, MoveCircle, MoveCircleOptions, MoveJoint,
+    MoveLine, MoveLineOptions, Protocol, Reply, Request, StateCommand, Status,
 };
 
 /// "00 01" and so on.
@@ -22,6 +22,10 @@ fn requests_are_those_of_the_vendors_client() {
         (Request::SetMode(Mode::Servo), "0001 0002 0002 13 01"),
         (Request::SetFeedback(2), "0001 0002 0002 FE 02"),
         (Request::ToolRead { address: 0x0A14 }, "0001 0002 0004 80 09 0A14"),
+        (Request::GetMovement, "0001 0002 0001 45"),
+        (Request::SelfCollisionCheck(true), "0001 0002 0002 4D 01"),
+        (Request::ToolShape(vec![2]), "0001 0002 0002 4E 02"),
+        (Request::Simulation(false), "0001 0002 0002 4F 00"),
         (
             // Pump on: 0x0101 = 257, as a float.
             Request::ToolWrite {
@@ -82,6 +86,32 @@ fn lines_have_a_short_and_a_long_form() {
         let frame = Request::MoveLine(line).frame(9, Protocol::KeepAlive);
         assert_eq!(frame.parameters().len(), parameters);
         assert_eq!(Request::decode(21, frame.parameters()), Ok(Request::MoveLine(line)));
+    }
+}
+
+#[test]
+fn circles_have_a_short_and_a_long_form() {
+    let short = MoveCircle {
+        through: [300.0, 50.0, 200.0, 3.1, 0.0, 0.0],
+        to: [350.0, 0.0, 200.0, 3.1, 0.0, 0.0],
+        speed: 100.0,
+        acceleration: 2000.0,
+        time: 0.0,
+        percent: 100.0,
+        options: None,
+    };
+    let long = MoveCircle {
+        options: Some(MoveCircleOptions {
+            in_tool: false,
+            axis_angle: true,
+            check_only: false,
+        }),
+        ..short
+    };
+    for (circle, parameters) in [(short, 64), (long, 67)] {
+        let frame = Request::MoveCircle(circle).frame(9, Protocol::KeepAlive);
+        assert_eq!((frame.register(), frame.parameters().len()), (27, parameters));
+        assert_eq!(Request::decode(27, frame.parameters()), Ok(Request::MoveCircle(circle)));
     }
 }
 

@@ -135,6 +135,24 @@ mod tests {
     }
 
     #[test]
+    fn the_arm_is_where_the_command_line_says() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("world.yaml");
+        let overrides = Overrides {
+            light_port: None,
+            cameras: Vec::new(),
+            binnings: Vec::new(),
+            arm: Some(Ipv4Addr::new(127, 9, 9, 8)),
+        };
+        std::fs::write(&path, "arm: {vacuum: 2}").unwrap();
+        let arm = overrides.read(&path).unwrap().arm.unwrap();
+        assert_eq!(arm.address, Ipv4Addr::new(127, 9, 9, 8));
+        std::fs::write(&path, "seed: 1").unwrap();
+        let error = overrides.read(&path).unwrap_err().to_string();
+        assert_eq!(error, "--arm 127.9.9.8: the world has no arm");
+    }
+
+    #[test]
     fn cameras_that_are_not_there_are_refused_with_those_that_are() {
         assert_eq!(
             read(&["c9=127.9.9.9"]).unwrap_err().to_string(),

@@ -44,6 +44,7 @@ impl FaultBox {
 
     pub(super) fn pause(&self, time: Duration) {
         self.state.lock().paused_until = Some(Instant::now() + time);
+        self.changed.notify_all();
     }
 
     pub(super) fn is_paused(&self) -> bool {

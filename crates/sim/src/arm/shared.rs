@@ -16,6 +16,8 @@ pub(super) struct Shared {
     /// None while the controller is switched off.
     pub(super) doors: Mutex<Option<Doors>>,
     pub(super) ended: AtomicBool,
+    /// What is told stays in order.
+    pub(super) delivering: Mutex<()>,
 }
 
 impl Shared {
@@ -28,6 +30,7 @@ impl Shared {
         if self.faults.is_paused() {
             return;
         }
+        let _held = self.delivering.lock();
         let frames = std::mem::take(&mut self.core.lock().outbox);
         self.clients.send(frames);
     }
