@@ -1,7 +1,7 @@
-//! Curves over time with their limits.
+//! Curves over time with their limits, and beside them what is what.
 
 use plotters::backend::BitMapBackend;
-use plotters::chart::{ChartBuilder, ChartContext, SeriesLabelPosition};
+use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::Shift;
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::coord::types::RangedCoordf64;
@@ -15,7 +15,13 @@ use super::pick::Part;
 /// Beyond the outermost limit or curve, as a share of the range.
 const ROOM: f64 = 0.06;
 const GREY: RGBColor = RGBColor(150, 150, 150);
-const BAND: RGBColor = RGBColor(245, 245, 248);
+const BAND: RGBColor = RGBColor(243, 244, 248);
+/// Pixels: beside the chart, and from one line there to the next.
+const LEFT: u32 = 92;
+const RIGHT: u32 = 150;
+const LEADING: i32 = 29;
+/// Above the uppermost chart, for the names of parts in two rows.
+pub(super) const NAMES_HEIGHT: u32 = 56;
 
 pub(super) struct Panel {
     /// Quantity and unit.
@@ -24,6 +30,8 @@ pub(super) struct Panel {
     pub(super) duration: f64,
     pub(super) series: Vec<Series>,
     pub(super) limits: Vec<Limit>,
+    /// Below the names of the series.
+    pub(super) notes: Vec<String>,
 }
 
 pub(super) struct Series {
@@ -45,19 +53,19 @@ impl Limit {
     }
 }
 
-type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
+pub(super) type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
 type Chart<'a, 'b> = ChartContext<'b, BitMapBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 impl Panel {
     pub(super) fn draw(&self, area: &Area<'_>, parts: &[Part]) -> anyhow::Result<()> {
         let [least, most] = self.range();
         let mut chart = ChartBuilder::on(area)
-            .margin(12)
-            .margin_right(24)
-            .x_label_area_size(44)
-            .y_label_area_size(92)
+            .margin_top(8)
+            .margin_right(RIGHT)
+            .x_label_area_size(52)
+            .y_label_area_size(LEFT)
             .build_cartesian_2d(0.0..self.duration, least..most)?;
-        draw_parts(&mut chart, parts, [least, most])?;
+        draw_bands(&mut chart, parts, [least, most])?;
         chart
             .configure_mesh()
             .light_line_style(WHITE.mix(0.0))
@@ -74,51 +82,61 @@ impl Panel {
             chart.draw_series(DashedLineSeries::new(line, 10, 6, limit.colour.stroke_width(2)))?;
         }
         for series in &self.series {
-            let colour = series.colour;
-            chart
-                .draw_series(LineSeries::new(series.points.iter().copied(), colour.stroke_width(2)))?
-                .label(&series.name)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 26, y)], colour.stroke_width(4)));
+            let points = series.points.iter().copied();
+            chart.draw_series(LineSeries::new(points, series.colour.stroke_width(2)))?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.85))
-            .border_style(GREY)
-            .label_font(("sans-serif", 20))
-            .draw()?;
+        self.draw_legend(area)
+    }
+
+    fn draw_legend(&self, area: &Area<'_>) -> anyhow::Result<()> {
+        let left = area.dim_in_pixel().0 as i32 - RIGHT as i32 + 18;
+        let mut top = 18;
+        for series in &self.series {
+            let style = series.colour.stroke_width(4);
+            area.draw(&PathElement::new([(left, top + 11), (left + 30, top + 11)], style))?;
+            area.draw(&text(&series.name, (left + 40, top), 21))?;
+            top += LEADING;
+        }
+        for note in &self.notes {
+            area.draw(&text(note, (left, top), 19))?;
+            top += LEADING;
+        }
         Ok(())
     }
 
     /// All limits and curves.
     fn range(&self) -> [f64; 2] {
-        let curves = self
-            .series
-            .iter()
-            .flat_map(|series| series.points.iter().map(|(_, value)| *value));
-        let values = curves.chain(self.limits.iter().map(|limit| limit.at)).chain([0.0]);
-        let [least, most] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| {
-            [least.min(value), most.max(value)]
-        });
+        let curves = self.series.iter().flat_map(|series| &series.points);
+        let values = curves
+            .map(|(_, value)| *value)
+            .chain(self.limits.iter().map(|limit| limit.at));
+        let [least, most] = values.fold([0.0_f64; 2], |[least, most], value| [least.min(value), most.max(value)]);
         let room = ROOM * (most - least);
         [least - room, most + room]
     }
 }
 
-/// Every other part on a darker ground, with its name.
-fn draw_parts(chart: &mut Chart<'_, '_>, parts: &[Part], [least, most]: [f64; 2]) -> anyhow::Result<()> {
+/// Every other part on a darker ground.
+fn draw_bands(chart: &mut Chart<'_, '_>, parts: &[Part], [least, most]: [f64; 2]) -> anyhow::Result<()> {
+    let bands = parts.iter().skip(1).step_by(2).map(|part| {
+        let corners = [(part.begin, least), (part.begin + part.duration, most)];
+        Rectangle::new(corners, ShapeStyle::from(&BAND).filled())
+    });
+    chart.draw_series(bands)?;
+    Ok(())
+}
+
+/// The parts' names over their begins, in turn in the lower and the upper row: short parts are narrower than their names.
+pub(super) fn draw_names(area: &Area<'_>, parts: &[Part], duration: f64) -> anyhow::Result<()> {
+    let width = f64::from(area.dim_in_pixel().0 - LEFT - RIGHT);
     for (index, part) in parts.iter().enumerate() {
-        let end = part.begin + part.duration;
-        if index % 2 == 1 {
-            let style = ShapeStyle::from(&BAND).filled();
-            chart.draw_series([Rectangle::new([(part.begin, least), (end, most)], style)])?;
-        }
-        let name = Text::new(
-            part.what,
-            (part.begin, least + 0.05 * (most - least)),
-            ("sans-serif", 18).into_font().color(&BLACK.mix(0.6)),
-        );
-        chart.draw_series([name])?;
+        let left = f64::from(LEFT) + width * part.begin / duration;
+        let row = if index % 2 == 0 { 32 } else { 8 };
+        area.draw(&text(part.what, (left as i32, row), 21))?;
     }
     Ok(())
+}
+
+fn text(what: &str, at: (i32, i32), size: u32) -> Text<'_, (i32, i32), &str> {
+    Text::new(what, at, ("sans-serif", size).into_font().color(&BLACK.mix(0.8)))
 }

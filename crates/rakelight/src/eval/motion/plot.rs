@@ -1,17 +1,19 @@
 //! Five panels over time.
 
+use std::f64::consts::TAU;
+
 use anyhow::{Context, anyhow};
 use imaging::Image;
 use plotters::backend::{BitMapBackend, RGBPixel};
 use plotters::drawing::IntoDrawingArea;
 use plotters::style::{FontStyle, RGBColor, WHITE, register_font};
-use trajectory::{Planner, Snapshot};
+use trajectory::{JointLimits, Planner, Snapshot};
 
-use super::panel::{Limit, Panel, Series};
+use super::panel::{Limit, NAMES_HEIGHT, Panel, Series, draw_names};
 use super::pick::Pick;
 
 const WIDTH: usize = 1600;
-const HEIGHT: usize = 2200;
+const HEIGHT: usize = 2300;
 /// Between samples, seconds.
 const STEP: f64 = 2e-3;
 /// Okabe and Ito's colours, which people with colour-blindness can tell apart, yellow replaced by a brown.
@@ -43,7 +45,9 @@ pub(super) fn draw(planner: &Planner<7>, pick: &Pick) -> anyhow::Result<Image<[u
         let backend = BitMapBackend::<RGBPixel>::with_buffer(&mut bytes, (WIDTH as u32, HEIGHT as u32));
         let root = backend.into_drawing_area();
         root.fill(&WHITE)?;
-        let areas = root.split_evenly((panels.len(), 1));
+        let (names, charts) = root.split_vertically(NAMES_HEIGHT);
+        draw_names(&names, &pick.parts, pick.trajectory.duration())?;
+        let areas = charts.split_evenly((panels.len(), 1));
         for (panel, area) in panels.iter().zip(&areas) {
             panel.draw(area, &pick.parts)?;
         }
@@ -81,47 +85,60 @@ impl Samples {
 }
 
 fn panels(planner: &Planner<7>, pick: &Pick, samples: &Samples) -> Vec<Panel> {
-    let limits = &planner.limits().joints;
-    let duration = pick.trajectory.duration();
-    let both = |most: f64| vec![Limit::new(most, LIMIT), Limit::new(-most, LIMIT)];
-    let panel = |title: &str, series: Vec<Series>, limits: Vec<Limit>| Panel {
+    let limits = planner.limits();
+    let joint = &limits.joints[0];
+    let panel = |title: &str, series: Vec<Series>, limits: Vec<Limit>, notes: Vec<String>| Panel {
         title: title.to_owned(),
-        duration,
+        duration: pick.trajectory.duration(),
         series,
         limits,
+        notes,
     };
-    let of_joints = limits.iter().zip(COLOURS);
-    let positions =
-        of_joints.flat_map(|(limits, colour)| [limits.lower, limits.upper].map(|at| Limit::new(at, colour)));
+    let of_joints = |title: &str, value: &dyn Fn(&Snapshot<7>, usize) -> f64, most: f64| {
+        let both = [most, -most].map(|at| Limit::new(at, LIMIT));
+        panel(
+            title,
+            samples.joints(value),
+            both.into(),
+            vec![format!("limit {most:.2}")],
+        )
+    };
+    let tool = Series {
+        name: "tool".to_owned(),
+        colour: TOOL,
+        points: samples.points(|now| now.tool_speed),
+    };
+    let (position_limits, notes) = position_limits(&limits.joints);
+    let positions = samples.joints(|now, joint| now.states[joint].position);
     vec![
-        panel(
-            "position, rad",
-            samples.joints(|now, joint| now.states[joint].position),
-            positions.collect(),
-        ),
-        panel(
-            "speed, rad/s",
-            samples.joints(|now, joint| now.states[joint].velocity),
-            both(limits[0].velocity),
-        ),
-        panel(
+        panel("position, rad", positions, position_limits, notes),
+        of_joints("speed, rad/s", &|now, joint| now.states[joint].velocity, joint.velocity),
+        of_joints(
             "acceleration, rad/s²",
-            samples.joints(|now, joint| now.states[joint].acceleration),
-            both(limits[0].acceleration),
+            &|now, joint| now.states[joint].acceleration,
+            joint.acceleration,
         ),
-        panel(
-            "jerk, rad/s³",
-            samples.joints(|now, joint| now.jerk[joint]),
-            both(limits[0].jerk),
-        ),
+        of_joints("jerk, rad/s³", &|now, joint| now.jerk[joint], joint.jerk),
         panel(
             "tool speed, m/s",
-            vec![Series {
-                name: "tool".to_owned(),
-                colour: TOOL,
-                points: samples.points(|now| now.tool_speed),
-            }],
-            vec![Limit::new(planner.limits().tool_speed, LIMIT)],
+            vec![tool],
+            vec![Limit::new(limits.tool_speed, LIMIT)],
+            vec![format!("limit {:.2}", limits.tool_speed)],
         ),
     ]
+}
+
+/// Lines in the joints' colours; those of joints that turn all the way round, which are far away, in words.
+fn position_limits(joints: &[JointLimits; 7]) -> (Vec<Limit>, Vec<String>) {
+    let turns_round = |limits: &JointLimits| limits.upper - limits.lower > TAU;
+    let lines = joints.iter().zip(COLOURS).filter(|(limits, _)| !turns_round(limits));
+    let lines = lines.flat_map(|(limits, colour)| [limits.lower, limits.upper].map(|at| Limit::new(at, colour)));
+    let others = joints.iter().enumerate().filter(|(_, limits)| turns_round(limits));
+    let names: Vec<String> = others.map(|(joint, _)| (joint + 1).to_string()).collect();
+    let most = joints.iter().map(|limits| limits.upper).fold(0.0, f64::max);
+    let mut notes = vec!["dashed: limits".to_owned()];
+    if !names.is_empty() {
+        notes.push(format!("J{}: {most:.2}", names.join(", ")));
+    }
+    (lines.collect(), notes)
 }
