@@ -165,7 +165,7 @@ impl Stops {
         )?;
         line(
             out,
-            "  with a joint kept from turning",
+            "  with a joint faster than before",
             &self.stop_faster_joints.to_string(),
         )?;
         line(out, "  longest", &format!("{:.0} ms", self.stop_max_ms))?;

@@ -30,8 +30,8 @@ const PATIENCE: usize = 1000;
 pub(crate) struct Stops {
     pub(crate) stops: u64,
     pub(crate) stop_late: u64,
-    /// In which a joint moves faster in the first period than the trajectory would have, beyond rounding; a joint about to
-    /// turn round, which the stop keeps from it.
+    /// In which a joint is sent further in the first period than the trajectory would have, beyond rounding: only a joint
+    /// that is about to turn round could be.
     pub(crate) stop_faster_joints: u64,
     /// With a joint whose set-points break a limit of speed, acceleration, jerk or position.
     pub(crate) stop_limit_breaks: u64,

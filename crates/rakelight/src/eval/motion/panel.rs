@@ -17,11 +17,12 @@ const ROOM: f64 = 0.06;
 const GREY: RGBColor = RGBColor(150, 150, 150);
 const BAND: RGBColor = RGBColor(243, 244, 248);
 /// Pixels: beside the chart, and from one line there to the next.
+const EDGE: u32 = 14;
 const LEFT: u32 = 92;
 const RIGHT: u32 = 150;
 const LEADING: i32 = 29;
 /// Above the uppermost chart, for the names of parts in two rows.
-pub(super) const NAMES_HEIGHT: u32 = 56;
+pub(super) const NAMES_HEIGHT: u32 = 76;
 
 pub(super) struct Panel {
     /// Quantity and unit.
@@ -61,6 +62,7 @@ impl Panel {
         let [least, most] = self.range();
         let mut chart = ChartBuilder::on(area)
             .margin_top(8)
+            .margin_left(EDGE)
             .margin_right(RIGHT)
             .x_label_area_size(52)
             .y_label_area_size(LEFT)
@@ -128,10 +130,10 @@ fn draw_bands(chart: &mut Chart<'_, '_>, parts: &[Part], [least, most]: [f64; 2]
 
 /// The parts' names over their begins, in turn in the lower and the upper row: short parts are narrower than their names.
 pub(super) fn draw_names(area: &Area<'_>, parts: &[Part], duration: f64) -> anyhow::Result<()> {
-    let width = f64::from(area.dim_in_pixel().0 - LEFT - RIGHT);
+    let width = f64::from(area.dim_in_pixel().0 - EDGE - LEFT - RIGHT);
     for (index, part) in parts.iter().enumerate() {
-        let left = f64::from(LEFT) + width * part.begin / duration;
-        let row = if index % 2 == 0 { 32 } else { 8 };
+        let left = f64::from(EDGE + LEFT) + width * part.begin / duration;
+        let row = if index % 2 == 0 { 46 } else { 18 };
         area.draw(&text(part.what, (left as i32, row), 21))?;
     }
     Ok(())

@@ -13,7 +13,7 @@ use super::panel::{Limit, NAMES_HEIGHT, Panel, Series, draw_names};
 use super::pick::Pick;
 
 const WIDTH: usize = 1600;
-const HEIGHT: usize = 2300;
+const HEIGHT: usize = 2320;
 /// Between samples, seconds.
 const STEP: f64 = 2e-3;
 /// Okabe and Ito's colours, which people with colour-blindness can tell apart, yellow replaced by a brown.
@@ -96,12 +96,7 @@ fn panels(planner: &Planner<7>, pick: &Pick, samples: &Samples) -> Vec<Panel> {
     };
     let of_joints = |title: &str, value: &dyn Fn(&Snapshot<7>, usize) -> f64, most: f64| {
         let both = [most, -most].map(|at| Limit::new(at, LIMIT));
-        panel(
-            title,
-            samples.joints(value),
-            both.into(),
-            vec![format!("limit {most:.2}")],
-        )
+        panel(title, samples.joints(value), both.into(), vec![limit_note(most)])
     };
     let tool = Series {
         name: "tool".to_owned(),
@@ -123,9 +118,14 @@ fn panels(planner: &Planner<7>, pick: &Pick, samples: &Samples) -> Vec<Panel> {
             "tool speed, m/s",
             vec![tool],
             vec![Limit::new(limits.tool_speed, LIMIT)],
-            vec![format!("limit {:.2}", limits.tool_speed)],
+            vec![limit_note(limits.tool_speed)],
         ),
     ]
+}
+
+/// To two places.
+fn limit_note(most: f64) -> String {
+    format!("limit {}", (100.0 * most).round() / 100.0)
 }
 
 /// Lines in the joints' colours; those of joints that turn all the way round, which are far away, in words.
