@@ -20,11 +20,13 @@ mod goals;
 mod model;
 mod move_tool;
 mod parameters;
+mod path;
 mod publish;
 mod services;
 pub mod servo;
 
 pub use error::{Error, MotionError};
+pub use path::TrajectoryPath;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -98,15 +100,14 @@ fn driver_config(parameters: &Parameters) -> XArmConfig {
 fn executor(parameters: &Parameters, arm: &Arc<XArm>) -> Result<Executor, Error> {
     let home = parameters.home()?;
     let model = Model::load(parameters, &home)?;
-    let guard = model.guard(&home).map_err(|error| Error::Value {
+    let config = model.servo(&home).map_err(|error| Error::Value {
         name: "home",
         reason: error.to_string(),
     })?;
     let config = ServoConfig {
-        guard,
-        stop_limits: model.stop_limits(),
         watchdog: Duration::from_secs_f64(parameters.watchdog),
         priority: parameters.priority,
+        ..config
     };
     Ok(Executor::new(
         Arc::<XArm>::clone(arm),

@@ -1,14 +1,15 @@
 //! The arm and what stands around it: what motions are planned with and checked against.
 
-use collision::{ArmModel, Checker, JointPath, Scene, SelfCollision, XARM7_NEVER_TOUCHING};
+use collision::{ArmModel, Checker, Scene, SelfCollision, XARM7_NEVER_TOUCHING};
 use devices::JointValues;
 use kinematics::{Chain, ModifiedDh};
-use trajectory::{JointLimits, Planner, SetPointGuard, Trajectory, TrajectoryLimits};
+use trajectory::{Planner, Trajectory, TrajectoryLimits};
 use urdf_rs::Robot;
 
 use crate::error::{Error, MotionError};
 use crate::parameters::Parameters;
-use crate::servo::PERIOD;
+use crate::path::TrajectoryPath;
+use crate::servo::ServoConfig;
 
 const ARM: &str = include_str!("../../../urdf/xarm7.urdf");
 const CELL: &str = include_str!("../../../urdf/cell.urdf");
@@ -16,14 +17,8 @@ const CELL: &str = include_str!("../../../urdf/cell.urdf");
 const TOOL: &str = "link_tcp";
 /// The controller trips at 1 m/s.
 const MOST_TOOL_SPEED: f64 = 0.99;
-/// What the last gate allows more than motions are planned with.
-const HEADROOM: f64 = 1.1;
-/// Of the jerk of motions.
-const STOP_JERK: f64 = 0.85;
 /// A touch that is less deep than this may be missed between looks, metres.
 const SHALLOW: f64 = 1e-3;
-/// What the last gate puts right, radians.
-const CORRECTION: f64 = 1e-6;
 
 /// An arm with its surroundings.
 pub(crate) struct Model {
@@ -99,34 +94,15 @@ impl Model {
         Ok(Planner::new(self.chain.clone(), limits)?)
     }
 
-    /// The last gate of the servo loop: the arm's own limits, with room for stops.
-    pub(crate) fn guard(&self, home: &JointValues) -> Result<SetPointGuard<7>, MotionError> {
-        let mut limits = self.limits;
-        for joint in &mut limits.joints {
-            joint.acceleration *= HEADROOM;
-            joint.jerk *= HEADROOM;
-        }
-        Ok(SetPointGuard::new(
-            self.chain.clone(),
-            limits,
-            PERIOD.as_secs_f64(),
-            CORRECTION,
-            home,
-        )?)
-    }
-
-    /// For stops. The states in which some of them begin are estimates: the last gate would not let the full jerk pass.
-    pub(crate) fn stop_limits(&self) -> [JointLimits; 7] {
-        self.limits.joints.map(|limits| JointLimits {
-            jerk: STOP_JERK * limits.jerk,
-            ..limits
-        })
+    /// For the servo loop of an arm that rests at home.
+    pub(crate) fn servo(&self, home: &JointValues) -> Result<ServoConfig, MotionError> {
+        Ok(ServoConfig::within(self.chain.clone(), &self.limits, home)?)
     }
 
     /// Refuses a motion with a collision on its way.
     pub(crate) fn require_free(&self, trajectory: &Trajectory<7>) -> Result<(), MotionError> {
         let checker = Checker::new(&self.arm, &self.scene).with_margin(self.margin)?;
-        let Some(found) = checker.check_motion(&Path(trajectory), SHALLOW)? else {
+        let Some(found) = checker.check_motion(&TrajectoryPath::new(trajectory), SHALLOW)? else {
             return Ok(());
         };
         Err(MotionError::Collision {
@@ -166,32 +142,4 @@ fn scene(parameters: &Parameters) -> Result<Scene, Error> {
             .map_err(|error| wrong(&error))?;
     }
     Ok(scene)
-}
-
-/// A trajectory as the collision check sees it.
-struct Path<'a>(&'a Trajectory<7>);
-
-impl JointPath<7> for Path<'_> {
-    fn duration(&self) -> f64 {
-        self.0.duration()
-    }
-
-    fn angles(&self, time: f64) -> JointValues {
-        self.0.sample(time).map(|state| state.position)
-    }
-
-    fn speed_bounds(&self, from: f64, to: f64) -> JointValues {
-        let mut bounds = [0.0_f64; 7];
-        let mut start = 0.0;
-        for segment in self.0.segments() {
-            let end = start + segment.duration();
-            if end >= from && start <= to {
-                for (bound, joint) in bounds.iter_mut().zip(segment.joints()) {
-                    *bound = bound.max(joint.extremes().velocity);
-                }
-            }
-            start = end;
-        }
-        bounds
-    }
 }

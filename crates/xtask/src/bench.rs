@@ -1,5 +1,6 @@
 //! `bench NAME`: the program `bench_NAME` of package `scenarios`, in a release build.
 
+use std::ffi::OsString;
 use std::process::{Command, ExitCode};
 
 use anyhow::{Result, bail};
@@ -11,7 +12,7 @@ use crate::workspace::{SCENARIOS, Workspace};
 
 const PREFIX: &str = "bench_";
 
-pub(crate) fn run(repository: &Repository, name: &str, json: bool) -> Result<ExitCode> {
+pub(crate) fn run(repository: &Repository, name: &str, json: bool, arguments: &[OsString]) -> Result<ExitCode> {
     setup::ensure(repository)?;
     let workspace = Workspace::read(repository)?;
     let program = program_named(name, &workspace.programs(SCENARIOS))?;
@@ -25,6 +26,7 @@ pub(crate) fn run(repository: &Repository, name: &str, json: bool) -> Result<Exi
     let mut command = Command::new(programs.join(program));
     command
         .args(json.then_some("--json"))
+        .args(arguments)
         .envs(setup::ros_environment(repository))
         .env("RAKELIGHT_BIN_DIR", programs);
     Ok(process::exit_code(process::status(&mut command)?))

@@ -48,13 +48,16 @@ enum Command {
     },
     /// Formatting, lints, Rust tests, documentation and the tests with rclpy clients
     Test,
-    /// Build and run one benchmark
+    /// Build and run one benchmark; what follows `--` is passed on
     Bench {
         /// Name of the benchmark, such as `transport`
         name: String,
         /// Print the result as one JSON object, the last thing on standard output
         #[arg(long)]
         json: bool,
+        /// Arguments for the benchmark, such as `--help`
+        #[arg(last = true)]
+        arguments: Vec<OsString>,
     },
 }
 
@@ -73,7 +76,7 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Setup { check: false } => setup::run(&repository),
         Command::Demo { arguments } => demo::run(&repository, &arguments),
         Command::Test => test::run(&repository),
-        Command::Bench { name, json } => bench::run(&repository, &name, json),
+        Command::Bench { name, json, arguments } => bench::run(&repository, &name, json, &arguments),
     }
 }
 
@@ -94,5 +97,15 @@ mod tests {
             };
             assert_eq!(arguments, ["--football"]);
         }
+    }
+
+    #[test]
+    fn bench_passes_on_what_follows_the_separator() {
+        let line = ["x", "bench", "motion", "--json", "--", "--servo-seconds", "5"];
+        let Command::Bench { name, json, arguments } = Arguments::parse_from(line).command else {
+            panic!("{line:?} is not the bench command")
+        };
+        assert_eq!((name.as_str(), json), ("motion", true));
+        assert_eq!(arguments, ["--servo-seconds", "5"]);
     }
 }

@@ -3,6 +3,7 @@
 mod depth;
 mod edges;
 mod football;
+mod motion;
 mod normals;
 mod pictures;
 mod render;
@@ -30,6 +31,8 @@ enum What {
     Football(football::Arguments),
     /// Compare the simulated cameras' images with path-traced captures.
     Render(render::Arguments),
+    /// Plan a pick and compare what it reaches with the arm's limits.
+    Motion(motion::Arguments),
 }
 
 pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
@@ -39,5 +42,6 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
         What::Edges(arguments) => edges::run(arguments).await,
         What::Football(arguments) => football::run(arguments).await,
         What::Render(arguments) => render::run(arguments).await,
+        What::Motion(arguments) => motion::run(arguments).await,
     }
 }

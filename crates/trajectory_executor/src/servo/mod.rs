@@ -11,12 +11,14 @@
 //!   the arm's state renews ([`StopCause::Stale`]), and when the guard refuses a set-point ([`StopCause::Guard`]).
 
 mod board;
+mod config;
 mod cycle;
 mod realtime;
 mod shared;
 mod thread;
 mod timing;
 
+pub use config::ServoConfig;
 pub use realtime::RealTime;
 pub use timing::TimingSummary;
 
@@ -26,7 +28,7 @@ use std::time::{Duration, Instant};
 
 use devices::{JointValues, SetPointStream, StreamFault};
 use rtrb::{Consumer, Producer, RingBuffer};
-use trajectory::{GuardFault, JointLimits, SetPointGuard, State, Trajectory};
+use trajectory::{GuardFault, State, Trajectory};
 
 use cycle::Cycle;
 use shared::Shared;
@@ -36,19 +38,6 @@ pub const PERIOD: Duration = Duration::from_millis(4);
 
 /// Commands, events and waste that wait; many more than ever do.
 const RING: usize = 64;
-
-/// How the loop runs.
-#[derive(Debug, Clone)]
-pub struct ServoConfig {
-    /// The last gate; its limits are the arm's own.
-    pub guard: SetPointGuard<7>,
-    /// For stops; within those of the guard.
-    pub stop_limits: [JointLimits; 7],
-    /// A wake-up this late ends a motion.
-    pub watchdog: Duration,
-    /// Of `SCHED_FIFO`, 1 to 99; 0 to stay an ordinary thread.
-    pub priority: u8,
-}
 
 /// For the loop.
 pub(crate) enum Command {

@@ -17,7 +17,7 @@ struct Need {
     debian_packages: &'static [&'static str],
 }
 
-const NEEDS: [Need; 14] = [
+const NEEDS: [Need; 15] = [
     Need {
         what: "a C compiler",
         present: |_| has("cc"),
@@ -88,6 +88,11 @@ const NEEDS: [Need; 14] = [
         present: |_| has("arv-tool-0.8") && has("arv-camera-test-0.8"),
         // Debian splits them: the second package has the tests and the viewer.
         debian_packages: &["aravis-tools-cli", "aravis-tools"],
+    },
+    Need {
+        what: "cyclictest (the yardstick of the servo loop)",
+        present: |_| has("cyclictest"),
+        debian_packages: &["rt-tests"],
     },
 ];
 
