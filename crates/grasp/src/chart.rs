@@ -1,0 +1,250 @@
+//! A view's measurements laid out on a tangent plane, in metres: there a cup's footprint is a circle in every view.
+
+use geometry::nalgebra::{Matrix5, Point3, Vector2, Vector3, Vector5};
+
+use crate::directions::across;
+use crate::view::View;
+
+/// A plane with axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Tangent {
+    pub(crate) origin: Point3<f64>,
+    pub(crate) u: Vector3<f64>,
+    pub(crate) v: Vector3<f64>,
+    pub(crate) normal: Vector3<f64>,
+}
+
+impl Tangent {
+    pub(crate) fn new(origin: Point3<f64>, normal: Vector3<f64>) -> Self {
+        let [u, v] = across(&normal);
+        Self { origin, u, v, normal }
+    }
+
+    pub(crate) fn at(&self, x: f64, y: f64) -> Point3<f64> {
+        self.origin + self.u * x + self.v * y
+    }
+
+    pub(crate) fn moved(&self, along_normal: f64) -> Self {
+        Self {
+            origin: self.origin + self.normal * along_normal,
+            ..*self
+        }
+    }
+}
+
+/// How a chart is divided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Grid {
+    /// Metres between cells.
+    pub(crate) pitch: f64,
+    /// Cells from the middle to the border.
+    pub(crate) half: usize,
+}
+
+impl Grid {
+    pub(crate) fn side(&self) -> usize {
+        2 * self.half + 1
+    }
+
+    /// Metres from the middle to the border.
+    pub(crate) fn reach(&self) -> f64 {
+        self.pitch * self.half as f64
+    }
+
+    /// Position of a cell, metres.
+    pub(crate) fn position(&self, index: usize) -> [f64; 2] {
+        let at = |cell: usize| (cell as f64 - self.half as f64) * self.pitch;
+        [at(index % self.side()), at(index / self.side())]
+    }
+
+    /// Column and row, with fractions, of a position.
+    pub(crate) fn cell(&self, x: f64, y: f64) -> [f64; 2] {
+        [x, y].map(|at| at / self.pitch + self.half as f64)
+    }
+}
+
+/// One cell.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct ChartCell {
+    /// Unit in the chart's axes (u, v, normal); 0 where there is none.
+    pub(crate) normal: [f32; 3],
+    pub(crate) confidence: f32,
+    /// 1 on the object, else 0.
+    pub(crate) inside: f32,
+}
+
+/// One pixel of an edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ChartEdge {
+    /// Metres.
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) weight: f64,
+}
+
+/// What one view says on a plane.
+#[derive(Debug, Clone)]
+pub(crate) struct Chart {
+    pub(crate) tangent: Tangent,
+    pub(crate) grid: Grid,
+    pub(crate) cells: Vec<ChartCell>,
+    pub(crate) edges: Vec<ChartEdge>,
+    /// Pixels per square metre of the plane, at its origin.
+    pub(crate) density: f64,
+    /// A point that stands over the plane is seen this many times its height beside its place.
+    pub(crate) slide: Vector2<f64>,
+}
+
+impl Chart {
+    pub(crate) fn new(view: &View<'_>, tangent: Tangent, grid: Grid) -> Self {
+        let sight = tangent.origin - view.centre;
+        let along = sight.dot(&tangent.normal);
+        let slide = -Vector2::new(sight.dot(&tangent.u), sight.dot(&tangent.v)) / along;
+        let density = view.jacobian(&tangent.origin).map_or(0.0, |[a, b]| {
+            let across = |row: &Vector3<f64>| [row.dot(&tangent.u), row.dot(&tangent.v)];
+            let ([au, av], [bu, bv]) = (across(&a), across(&b));
+            (au * bv - av * bu).abs()
+        });
+        let cells = (0..grid.side() * grid.side()).map(|index| {
+            let [x, y] = grid.position(index);
+            sample(view, &tangent, &tangent.at(x, y))
+        });
+        Self {
+            tangent,
+            grid,
+            cells: cells.collect(),
+            edges: edges(view, &tangent, grid.reach()),
+            density,
+            slide,
+        }
+    }
+
+    /// Interpolated normal (times presence) and presence; nothing outside.
+    pub(crate) fn interpolated(&self, x: f64, y: f64) -> [f32; 4] {
+        let [column, row] = self.grid.cell(x, y);
+        let side = self.grid.side();
+        let last = (side - 1) as f64;
+        if !(0.0..last).contains(&column) || !(0.0..last).contains(&row) {
+            return [0.0; 4];
+        }
+        let (left, top) = (column as usize, row as usize);
+        let (fx, fy) = ((column - left as f64) as f32, (row - top as f64) as f32);
+        let mut sum = [0.0; 4];
+        for (offset, weight) in [
+            (0, (1.0 - fx) * (1.0 - fy)),
+            (1, fx * (1.0 - fy)),
+            (side, (1.0 - fx) * fy),
+            (side + 1, fx * fy),
+        ] {
+            let cell = &self.cells[top * side + left + offset];
+            for (sum, normal) in sum.iter_mut().zip(cell.normal) {
+                *sum += weight * normal;
+            }
+            sum[3] += weight * cell.inside;
+        }
+        sum
+    }
+
+    /// On the object with a normal within an angle of the plane's.
+    pub(crate) fn is_open(&self, index: usize, least_cosine: f64) -> bool {
+        let cell = &self.cells[index];
+        cell.inside > 0.5 && f64::from(cell.normal[2]) >= least_cosine
+    }
+}
+
+/// A surface that bends evenly over its tangent plane: height `(a x² + 2 b x y + c y²) / 2`, from slopes alone.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Bend {
+    a: f64,
+    b: f64,
+    c: f64,
+}
+
+impl Bend {
+    /// Least squares over the open cells of some charts within a radius; flat where there are too few.
+    pub(crate) fn fit(charts: &[&Chart], least_cosine: f64, radius: f64) -> Self {
+        let (mut left, mut right, mut count) = (Matrix5::zeros(), Vector5::zeros(), 0_usize);
+        for chart in charts {
+            for (index, cell) in chart.cells.iter().enumerate() {
+                let [x, y] = chart.grid.position(index);
+                if x.hypot(y) > radius || !chart.is_open(index, least_cosine) {
+                    continue;
+                }
+                let [nu, nv, n] = cell.normal.map(f64::from);
+                // Slopes at the middle are unknown as well: the plane's normal is only nearly the surface's.
+                for (row, slope) in [
+                    (Vector5::new(1.0, 0.0, x, y, 0.0), -nu / n),
+                    (Vector5::new(0.0, 1.0, 0.0, x, y), -nv / n),
+                ] {
+                    left += row * row.transpose();
+                    right += row * slope;
+                }
+                count += 1;
+            }
+        }
+        let solved = left.cholesky().filter(|_| count > 20).map(|left| left.solve(&right));
+        solved.map_or(Self::default(), |solution| Self {
+            a: solution[2],
+            b: solution[3],
+            c: solution[4],
+        })
+    }
+
+    /// Metres over the plane.
+    pub(crate) fn height(&self, x: f64, y: f64) -> f64 {
+        (self.a * x * x + 2.0 * self.b * x * y + self.c * y * y) / 2.0
+    }
+
+    /// Normal in the plane's axes, any length.
+    pub(crate) fn normal(&self, x: f64, y: f64) -> Vector3<f64> {
+        Vector3::new(-(self.a * x + self.b * y), -(self.b * x + self.c * y), 1.0)
+    }
+}
+
+fn sample(view: &View<'_>, tangent: &Tangent, point: &Point3<f64>) -> ChartCell {
+    let Some(pixel) = view.project(point) else {
+        return ChartCell::default();
+    };
+    let (x, y) = (pixel.x.round(), pixel.y.round());
+    if x < 0.0 || y < 0.0 {
+        return ChartCell::default();
+    }
+    let (x, y) = (x as usize, y as usize);
+    if !view.input.mask.contains(x, y) {
+        return ChartCell::default();
+    }
+    let Some(normal) = view.input.normals.get(x, y).filter(|normal| normal[0].is_finite()) else {
+        return ChartCell::default();
+    };
+    let normal = Vector3::from(normal.map(f64::from));
+    let turned = [&tangent.u, &tangent.v, &tangent.normal].map(|axis| normal.dot(axis) as f32);
+    ChartCell {
+        normal: turned,
+        confidence: unit_or_nothing(view.input.confidence.row(y)[x]),
+        inside: 1.0,
+    }
+}
+
+fn edges(view: &View<'_>, tangent: &Tangent, reach: f64) -> Vec<ChartEdge> {
+    let offset = (tangent.origin - view.centre).dot(&tangent.normal);
+    let from = view.centre - tangent.origin;
+    let (fx, fy) = (from.dot(&tangent.u), from.dot(&tangent.v));
+    let on_plane = |edge: &crate::view::EdgePixel| {
+        let along = edge.ray.dot(&tangent.normal);
+        let distance = offset / along;
+        if !(distance > 0.0 && distance.is_finite()) {
+            return None;
+        }
+        let (x, y) = (
+            fx + distance * edge.ray.dot(&tangent.u),
+            fy + distance * edge.ray.dot(&tangent.v),
+        );
+        let weight = f64::from(edge.weight);
+        (x.abs() <= reach && y.abs() <= reach).then_some(ChartEdge { x, y, weight })
+    };
+    view.edges.iter().filter_map(on_plane).collect()
+}
+
+fn unit_or_nothing(value: f32) -> f32 {
+    if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 }
+}

@@ -1,0 +1,151 @@
+//! From views to ranked grasps.
+
+use geometry::nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::assess::Bench;
+use crate::correspondence::{Correspondences, correspond};
+use crate::cup::Cup;
+use crate::directions::orientations;
+use crate::error::GraspError;
+use crate::options::PlanOptions;
+use crate::patch::{Found, Patch, find_patches, least_share};
+use crate::rank::ranked;
+use crate::refusal::{Failure, Refused, Test};
+use crate::result::Plan;
+use crate::stem::SurfacePoints;
+use crate::surface::Surface;
+use crate::view::{View, ViewInput};
+
+/// Pixels around a patch's middle in which its depth is taken.
+const DEPTH_REACH: usize = 3;
+
+/// Finds where a cup can hold a solid object.
+///
+/// One view or two, in any order; results are the same on any number of threads. That nothing can be grasped is no error:
+/// the plan then says why.
+///
+/// # Errors
+/// No view or more than two; images of another size than the camera's; a camera below the table; numbers out of range.
+pub fn plan(inputs: &[ViewInput<'_>], cup: &Cup, options: &PlanOptions) -> Result<Plan, GraspError> {
+    let directions = options.unit_directions()?;
+    let views = prepare(inputs, cup, options)?;
+    let orientations = orientations(&directions, &options.search);
+    let mut refused = Vec::new();
+    let found: Vec<Found> = views
+        .par_iter()
+        .map(|view| patches_of(view, &orientations, cup, options))
+        .collect();
+    for (view, found) in found.iter().enumerate() {
+        refused.extend(nothing_there(&views[view], view, found, cup, options));
+    }
+    let Correspondences { pairs, single } = matched(&views, &found, cup, options);
+    let mut surfaces = pairs;
+    for (view, patch) in single {
+        match by_depth(&views, view, &patch, cup, options) {
+            Ok(surface) => surfaces.push(surface),
+            Err(refusal) => refused.push(refusal),
+        }
+    }
+    let points: Vec<SurfacePoints> = views.iter().map(SurfacePoints::new).collect();
+    let bench = Bench {
+        views: &views,
+        points: &points,
+        directions: &directions,
+        cup,
+        options,
+    };
+    let assessed: Vec<_> = surfaces.par_iter().map(|surface| bench.assess(surface)).collect();
+    let mut grasps = Vec::new();
+    for result in assessed {
+        match result {
+            Ok(grasp) => grasps.push(grasp),
+            Err(refusal) => refused.push(refusal),
+        }
+    }
+    Ok(Plan {
+        grasps: ranked(grasps, cup),
+        refused,
+        views: views.len(),
+    })
+}
+
+/// Checks everything and makes the views ready.
+pub(crate) fn prepare<'a>(
+    inputs: &[ViewInput<'a>],
+    cup: &Cup,
+    options: &PlanOptions,
+) -> Result<Vec<View<'a>>, GraspError> {
+    cup.check()?;
+    options.check()?;
+    if !(1..=2).contains(&inputs.len()) {
+        return Err(GraspError::Views { found: inputs.len() });
+    }
+    inputs.par_iter().map(|input| View::new(input, cup, options)).collect()
+}
+
+fn patches_of(view: &View<'_>, orientations: &[Vector3<f64>], cup: &Cup, options: &PlanOptions) -> Found {
+    let distance = view.distance_to_table(options.table_height);
+    find_patches(view, orientations, cup, distance, &options.search)
+}
+
+/// Why a view has no patch, if it has none.
+fn nothing_there(view: &View<'_>, number: usize, found: &Found, cup: &Cup, options: &PlanOptions) -> Option<Refused> {
+    let [focal, _] = view.input.camera.focal();
+    let radius = cup.radius() * focal / view.distance_to_table(options.table_height);
+    let needed = (least_share() * std::f64::consts::PI * radius * radius).ceil();
+    let failure = Failure::below(Test::ObjectPixels, view.level.mask_pixels as f64, needed);
+    let is_empty = found.patches.is_empty();
+    let facing = || {
+        is_empty.then(|| Failure {
+            test: Test::FacingSurface,
+            value: found.share,
+            allowed: least_share(),
+        })
+    };
+    Some(Refused {
+        views: vec![number],
+        pixel: None,
+        contact: None,
+        normal: None,
+        failures: vec![failure.or_else(facing)?],
+    })
+}
+
+fn matched(views: &[View<'_>], found: &[Found], cup: &Cup, options: &PlanOptions) -> Correspondences {
+    match found {
+        [a, b] => correspond(views, [&a.patches, &b.patches], cup, options),
+        _ => Correspondences {
+            pairs: Vec::new(),
+            single: found
+                .iter()
+                .flat_map(|found| &found.patches)
+                .map(|patch| (0, *patch))
+                .collect(),
+        },
+    }
+}
+
+fn by_depth(
+    views: &[View<'_>],
+    view: usize,
+    patch: &Patch,
+    cup: &Cup,
+    options: &PlanOptions,
+) -> Result<Surface, Refused> {
+    let depth = views[view].depth_near(&patch.middle, DEPTH_REACH);
+    let fold = options.search.fold.cos();
+    depth
+        .and_then(|depth| Surface::of_view(views, view, *patch, depth, cup, fold))
+        .ok_or_else(|| Refused {
+            views: vec![view],
+            pixel: Some(patch.middle),
+            contact: None,
+            normal: Some(patch.normal),
+            failures: vec![Failure {
+                test: Test::Depth,
+                value: 0.0,
+                allowed: 1.0,
+            }],
+        })
+}

@@ -1,0 +1,186 @@
+//! A patch in space: a plane that bends a little, as one or two views show it.
+
+use geometry::nalgebra::{Point2, Point3, Vector3};
+
+use crate::align::{Offset, Sweep, best_offset};
+use crate::chart::{Bend, Chart, Grid, Tangent};
+use crate::cup::Cup;
+use crate::distance::squared_distances;
+use crate::patch::Patch;
+use crate::view::View;
+
+/// Cells from the middle of a patch's chart to its border.
+const HALF: usize = 32;
+/// A patch's chart goes this much beyond its ellipse, and this many metres: borders tell where it is.
+const BEYOND: f64 = 1.25;
+const BEYOND_BY: f64 = 0.004;
+/// Sweep about the second guess, metres.
+const FINE: Sweep = Sweep {
+    range: 0.0018,
+    step: 0.0003,
+    stride: 2,
+};
+/// Clearances beyond this many radii make no place better.
+const ENOUGH: f64 = 1.5;
+
+/// A patch in space.
+#[derive(Debug)]
+pub(crate) struct Surface {
+    /// Positions of the views.
+    pub(crate) views: Vec<usize>,
+    /// Where each of them shows the patch.
+    pub(crate) patches: Vec<Patch>,
+    pub(crate) tangent: Tangent,
+    pub(crate) bend: Bend,
+    /// One for each of the views.
+    pub(crate) charts: Vec<Chart>,
+    pub(crate) offset: Option<Offset>,
+    pub(crate) epipolar_px: f64,
+    /// Square metres.
+    pub(crate) area: f64,
+}
+
+/// A place on a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Place {
+    pub(crate) point: Point3<f64>,
+    pub(crate) normal: Vector3<f64>,
+}
+
+/// Where a pair is thought to be, before its charts are compared.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Guess {
+    pub(crate) point: Point3<f64>,
+    pub(crate) normal: Vector3<f64>,
+    pub(crate) epipolar_px: f64,
+    /// Heights to both sides that are looked at, metres.
+    pub(crate) range: f64,
+}
+
+impl Surface {
+    /// A patch of two views: charts about a guess are swept, then charts about what was found.
+    pub(crate) fn of_pair(views: &[View<'_>], patches: [Patch; 2], guess: &Guess, cup: &Cup, fold: f64) -> Self {
+        let pair = [&views[0], &views[1]];
+        let grid = grid(&pair, &patches, &guess.point, cup);
+        let mut tangent = Tangent::new(guess.point, guess.normal);
+        let coarse = Sweep {
+            range: guess.range,
+            step: 0.001,
+            stride: 3,
+        };
+        let mut offset = None;
+        for sweep in [coarse, FINE] {
+            let charts = pair.map(|view| Chart::new(view, tangent, grid));
+            let bend = Bend::fit(&[&charts[0], &charts[1]], fold, grid.reach() / BEYOND);
+            offset = best_offset(&charts[0], &charts[1], &bend, &sweep);
+            tangent = offset.map_or(tangent, |offset| tangent.moved(offset.height));
+        }
+        let mut surface = Self::on(views, vec![0, 1], patches.to_vec(), tangent, grid, fold);
+        surface.offset = offset;
+        surface.epipolar_px = guess.epipolar_px;
+        surface
+    }
+
+    /// A patch of one view at a known depth.
+    pub(crate) fn of_view(
+        views: &[View<'_>],
+        view: usize,
+        patch: Patch,
+        depth: f64,
+        cup: &Cup,
+        fold: f64,
+    ) -> Option<Self> {
+        let point = views[view].ray(&patch.middle)?.at(depth);
+        let grid = grid(&[&views[view]], &[patch], &point, cup);
+        let tangent = Tangent::new(point, patch.normal);
+        Some(Self::on(views, vec![view], vec![patch], tangent, grid, fold))
+    }
+
+    fn on(
+        views: &[View<'_>],
+        numbers: Vec<usize>,
+        patches: Vec<Patch>,
+        tangent: Tangent,
+        grid: Grid,
+        fold: f64,
+    ) -> Self {
+        let charts: Vec<Chart> = numbers
+            .iter()
+            .map(|&view| Chart::new(&views[view], tangent, grid))
+            .collect();
+        let bend = Bend::fit(&charts.iter().collect::<Vec<_>>(), fold, grid.reach() / BEYOND);
+        let areas = charts
+            .iter()
+            .zip(&patches)
+            .map(|(chart, patch)| patch.mass / chart.density.max(1.0));
+        let area = areas.fold(f64::INFINITY, f64::min);
+        Self {
+            views: numbers,
+            patches,
+            tangent,
+            bend,
+            charts,
+            offset: None,
+            epipolar_px: 0.0,
+            area,
+        }
+    }
+
+    /// The place that is farthest from borders and edges, and among such places the one nearest to the patch's middle
+    /// and to the object's centre of mass.
+    pub(crate) fn best_place(&self, cup: &Cup, fold: f64, centre: &Point3<f64>) -> Place {
+        let grid = self.charts[0].grid;
+        let open = |index: usize| self.charts.iter().all(|chart| chart.is_open(index, fold));
+        let mut edged = vec![false; grid.side() * grid.side()];
+        for edge in self.charts.iter().flat_map(|chart| &chart.edges) {
+            let [column, row] = grid.cell(edge.x, edge.y).map(|at| at.round() as usize);
+            edged[row.min(2 * grid.half) * grid.side() + column.min(2 * grid.half)] = true;
+        }
+        let patch = squared_distances(grid.side(), open);
+        let free = squared_distances(grid.side(), |index| open(index) && !edged[index]);
+        let radii = |squared: f32| f64::from(squared).sqrt() * grid.pitch / cup.radius();
+        let level = |x: f64, y: f64| (self.tangent.at(x, y) - centre).xy().norm();
+        let merit = |index: usize| {
+            let [x, y] = grid.position(index);
+            let (patch, free) = (radii(patch[index]), radii(free[index]));
+            let away = 0.1 * x.hypot(y) + 0.1 * level(x, y);
+            patch.min(ENOUGH) + free.min(ENOUGH) - away / cup.radius()
+        };
+        let cells = 0..patch.len();
+        let best = cells
+            .filter(|&index| patch[index] > 0.0)
+            .max_by(|&a, &b| merit(a).total_cmp(&merit(b)));
+        let [x, y] = best.map_or([0.0; 2], |best| grid.position(best));
+        self.place(x, y)
+    }
+
+    fn place(&self, x: f64, y: f64) -> Place {
+        let Tangent { u, v, normal, .. } = self.tangent;
+        let turned = self.bend.normal(x, y);
+        Place {
+            point: self.tangent.at(x, y) + normal * self.bend.height(x, y),
+            normal: (u * turned.x + v * turned.y + normal * turned.z).normalize(),
+        }
+    }
+
+    /// Where the first of its views shows it.
+    pub(crate) fn pixel(&self) -> Point2<f64> {
+        self.patches[0].middle
+    }
+}
+
+/// Large enough for the larger view of the patch and for the cup.
+fn grid(views: &[&View<'_>], patches: &[Patch], point: &Point3<f64>, cup: &Cup) -> Grid {
+    let radius = |(view, patch): (&&View<'_>, &Patch)| {
+        let scale = (point - view.centre).norm() / view.input.camera.focal()[0];
+        let facing = view.facing(point, &patch.normal).max(0.3);
+        // A patch is foreshortened along one direction only, but which one of its axes that is matters little here.
+        (patch.axes[0] * scale).max(patch.axes[1] * scale / facing)
+    };
+    let radii = views.iter().zip(patches).map(radius);
+    let extent = radii.fold(0.0, f64::max) * BEYOND + BEYOND_BY;
+    Grid {
+        pitch: extent.max(1.6 * cup.radius()) / HALF as f64,
+        half: HALF,
+    }
+}
