@@ -1,6 +1,6 @@
 //! A view's measurements laid out on a tangent plane, in metres: there a cup's footprint is a circle in every view.
 
-use geometry::nalgebra::{Matrix5, Point3, Vector2, Vector3, Vector5};
+use geometry::nalgebra::{Matrix5, Point2, Point3, Vector2, Vector3, Vector5};
 
 use crate::directions::across;
 use crate::view::View;
@@ -143,6 +143,56 @@ impl Chart {
             sum[3] += weight * cell.inside;
         }
         sum
+    }
+
+    /// Only the patch that hangs together with a pixel's place: it ends at edges, folds and where the object ends.
+    pub(crate) fn patch_at(&self, view: &View<'_>, pixel: &Point2<f64>, least_cosine: f64) -> Self {
+        let side = self.grid.side();
+        let mut open: Vec<bool> = (0..self.cells.len())
+            .map(|index| self.is_open(index, least_cosine))
+            .collect();
+        for edge in &self.edges {
+            open[self.nearest(edge.x, edge.y)] = false;
+        }
+        let mut cells = vec![ChartCell::default(); self.cells.len()];
+        let [x, y] = self.place_of(view, pixel).unwrap_or([0.0; 2]);
+        let first = self.nearest(x, y);
+        let apart =
+            |index: usize| (index % side).abs_diff(first % side).pow(2) + (index / side).abs_diff(first / side).pow(2);
+        let first = (0..open.len())
+            .filter(|&index| open[index])
+            .min_by_key(|&index| apart(index));
+        let mut left: Vec<usize> = first.into_iter().collect();
+        while let Some(at) = left.pop() {
+            if !std::mem::take(&mut open[at]) {
+                continue;
+            }
+            cells[at] = self.cells[at];
+            let column = at % side;
+            left.extend((column > 0).then(|| at - 1));
+            left.extend((column + 1 < side).then(|| at + 1));
+            left.extend(at.checked_sub(side));
+            left.extend(Some(at + side).filter(|&below| below < open.len()));
+        }
+        Self { cells, ..self.clone() }
+    }
+
+    /// Where a pixel's ray meets the plane, metres.
+    fn place_of(&self, view: &View<'_>, pixel: &Point2<f64>) -> Option<[f64; 2]> {
+        let tangent = &self.tangent;
+        let ray = view.ray(pixel)?;
+        let distance = (tangent.origin - ray.origin).dot(&tangent.normal) / ray.direction.dot(&tangent.normal);
+        let from = ray.at(distance) - tangent.origin;
+        distance
+            .is_finite()
+            .then(|| [from.dot(&tangent.u), from.dot(&tangent.v)])
+    }
+
+    /// The cell nearest to a position.
+    fn nearest(&self, x: f64, y: f64) -> usize {
+        let last = 2.0 * self.grid.half as f64;
+        let [column, row] = self.grid.cell(x, y).map(|at| at.round().clamp(0.0, last) as usize);
+        row * self.grid.side() + column
     }
 
     /// On the object with a normal within an angle of the plane's.

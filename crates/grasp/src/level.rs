@@ -6,9 +6,6 @@ use rayon::prelude::*;
 
 use crate::view::ViewInput;
 
-/// A cell is no place for a patch when edges cover this share of it.
-const FULL_EDGE: f32 = 0.25;
-
 /// Means over square blocks of pixels, within the objects' bounding box.
 #[derive(Debug, Clone)]
 pub(crate) struct Level {
@@ -32,7 +29,7 @@ pub(crate) struct Level {
 pub(crate) struct LevelCell {
     /// Unit, or 0 where there is none.
     pub(crate) normal: [f32; 3],
-    /// Mean confidence, a pixel without a normal or off the object counting 0, less where edges are.
+    /// Mean confidence, a pixel without a normal or off the object counting 0; 0 where an edge is.
     pub(crate) weight: f32,
     /// Share of the cell on the object.
     pub(crate) inside: f32,
@@ -172,7 +169,7 @@ fn mean_cell(
     factor: usize,
 ) -> LevelCell {
     let mut normal = [0.0_f32; 3];
-    let (mut weight, mut inside, mut edges) = (0.0_f32, 0_u32, 0_u32);
+    let (mut weight, mut inside, mut edge_free) = (0.0_f32, 0_u32, true);
     let (mut depth, mut depths) = (0.0_f32, 0_u32);
     for y in rows {
         let masked = &input.mask.as_image().row(y)[columns.clone()];
@@ -181,7 +178,7 @@ fn mean_cell(
         let confidence = &input.confidence.row(y)[columns.clone()];
         for (x, _) in masked.iter().enumerate().filter(|(_, inside)| **inside != 0) {
             inside += 1;
-            edges += u32::from(edge[x] != 0);
+            edge_free &= edge[x] == 0;
             let trust = confidence[x];
             if normals[x][0].is_finite() && trust > 0.0 {
                 normal = [0, 1, 2].map(|axis| normal[axis] + trust * normals[x][axis]);
@@ -202,7 +199,8 @@ fn mean_cell(
         } else {
             [0.0; 3]
         },
-        weight: weight / area * (1.0 - edges as f32 / area / FULL_EDGE).max(0.0),
+        // A line of edges must part the cells on its sides, even where it only clips their corners.
+        weight: if edge_free { weight / area } else { 0.0 },
         inside: inside as f32 / area,
         depth: depth / depths as f32,
     }

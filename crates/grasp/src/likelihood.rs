@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use crate::level::{Level, LevelCell};
 
-/// Below this the cell has nothing to do with the patch.
-const NOTHING: f32 = 0.02;
+/// Below this the cell has nothing to do with the patch: farther off than √2 times the angle of one half.
+const NOTHING: f32 = 0.25;
 
 /// A von Mises-Fisher density in the angle between normal and orientation, scaled to 1 at angle 0:
 /// `exp(κ (n · a - 1))`, with κ such that it is one half at a given angle.

@@ -41,41 +41,13 @@ pub(crate) fn mode(moments: &Moments, start: [f64; 2], least_half: f64) -> Optio
     found
 }
 
-/// Several modes: from where a window of the least size holds most, then from where it holds most outside of the modes
-/// found so far.
-pub(crate) fn modes(moments: &Moments, least_half: f64, least_mass: f64, count: usize) -> Vec<Spread> {
-    let mut starts = starts(moments, least_half);
-    starts.retain(|(mass, _)| *mass >= least_mass);
-    starts.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut found: Vec<Spread> = Vec::new();
-    for (_, start) in starts {
-        if found.len() == count {
-            break;
-        }
-        if found.iter().any(|spread| covers(spread, start, least_half)) {
-            continue;
-        }
-        if let Some(spread) = mode(moments, start, least_half)
-            && !found.iter().any(|other| covers(other, spread.middle, 0.0))
-        {
-            found.push(spread);
-        }
-    }
-    found
-}
-
-fn starts(moments: &Moments, least_half: f64) -> Vec<(f64, [f64; 2])> {
+/// Where an upright window of the least size holds most, and how much.
+pub(crate) fn fullest(moments: &Moments, least_half: f64) -> Option<(f64, [f64; 2])> {
     let [width, height] = moments.size();
     let step = (least_half / 2.0).max(1.0) as usize;
     let positions = (0..height)
         .step_by(step)
         .flat_map(|y| (0..width).step_by(step).map(move |x| [x as f64, y as f64]));
     let mass = |at: [f64; 2]| (moments.sums(&moments.bounds(at, [least_half; 2]))[0], at);
-    positions.map(mass).collect()
-}
-
-/// Within the box around a mode's ellipse, widened.
-fn covers(spread: &Spread, at: [f64; 2], widened: f64) -> bool {
-    let half = window_around(spread, 1.0);
-    (0..2).all(|k| (at[k] - spread.middle[k]).abs() < half[k] / MARGIN + widened / 2.0)
+    positions.map(mass).max_by(|a, b| a.0.total_cmp(&b.0))
 }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::cup::Cup;
 use crate::level::Level;
 use crate::likelihood::{Alignment, single};
-use crate::mean_shift::{modes, window_around};
+use crate::mean_shift::{fullest, mode};
 use crate::moments::{Moments, Spread, add, products};
 use crate::options::SearchOptions;
 use crate::view::View;
@@ -17,13 +17,14 @@ const FIRST_WINDOW: f64 = 0.7;
 const LEAST_MASS: f64 = 0.06;
 /// Normals of one patch found twice differ by less, radians.
 const SAME_ANGLE: f64 = 0.2;
-const POLISHING_ROUNDS: usize = 4;
 
 /// A mode of the likelihood of one orientation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Patch {
     /// Pixels.
     pub(crate) middle: Point2<f64>,
+    /// A pixel of it near its middle.
+    pub(crate) inside: Point2<f64>,
     /// Longer and shorter half axis of its ellipse, pixels.
     pub(crate) axes: [f64; 2],
     /// Of its likelihood, pixels.
@@ -93,63 +94,114 @@ struct Finder<'a> {
 }
 
 impl Finder<'_> {
-    /// All likelihood of an orientation, and its modes.
+    /// All likelihood of an orientation, and its patches: each is what hangs together where mean shift comes to rest, and
+    /// is taken away before the next is looked for.
     fn patches(&self, axis: &Vector3<f64>) -> (f64, Vec<Patch>) {
-        let weights = self.alignment.image(self.level, axis);
+        let mut weights = self.alignment.image(self.level, axis);
         let mass = weights.iter().map(|&weight| f64::from(weight)).sum::<f64>();
-        if mass < self.least_mass {
-            return (mass, Vec::new());
+        let (mut left, mut found) = (mass, Vec::new());
+        while left >= self.least_mass && found.len() < self.modes {
+            let moments = Moments::new(self.level.width, &weights);
+            let start = fullest(&moments, self.least_half).filter(|(mass, _)| *mass >= self.least_mass);
+            let Some(mode) = start.and_then(|(_, start)| mode(&moments, start, self.least_half)) else {
+                break;
+            };
+            let Some(first) = nearest_cell(&weights, self.level.width, mode.middle) else {
+                break;
+            };
+            let region = connected(&mut weights, self.level.width, first);
+            let taken: f64 = region.iter().map(|&(_, weight)| f64::from(weight)).sum();
+            left -= taken;
+            if taken >= self.least_mass {
+                found.extend(self.patch(&region));
+            }
         }
-        let moments = Moments::new(self.level.width, &weights);
-        let modes = modes(&moments, self.least_half, self.least_mass, self.modes);
-        (
-            mass,
-            modes.iter().filter_map(|mode| self.polished(mode, axis)).collect(),
-        )
+        (mass, found)
     }
 
-    /// Joint mean shift in place and normal: the likelihood follows the patch's own normal.
-    fn polished(&self, mode: &Spread, axis: &Vector3<f64>) -> Option<Patch> {
-        let (mut spread, mut normal) = (*mode, *axis);
-        for _ in 0..POLISHING_ROUNDS {
-            (spread, normal) = self.polish(&spread, &normal)?;
+    /// Middle, size and normal of a region: the region's own normal first, then all around it that faces that way.
+    fn patch(&self, region: &[(usize, f32)]) -> Option<Patch> {
+        let level = self.level;
+        let normal: Vector3<f64> = region
+            .iter()
+            .map(|&(at, weight)| self.normal(at) * f64::from(weight))
+            .sum();
+        let axis = single(&normal.try_normalize(1e-12)?);
+        let (_, first) = region
+            .iter()
+            .map(|&(at, _)| (self.alignment.of_cell(&level.cells[at], &axis), at))
+            .max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let mut weights = self.alignment.image(level, &normal.normalize());
+        let own = connected(&mut weights, level.width, first);
+        let (mut sums, mut sum) = ([0.0; 6], Vector3::zeros());
+        for &(at, weight) in &own {
+            let weight = f64::from(weight);
+            add(
+                &mut sums,
+                &products(weight, (at % level.width) as f64, (at / level.width) as f64),
+            );
+            sum += self.normal(at) * weight;
         }
-        let scale = self.level.factor as f64;
+        let spread = Spread::of(&sums)?;
+        let inner = own
+            .iter()
+            .map(|&(at, _)| at)
+            .min_by_key(|&at| squared_distance(at, level.width, spread.middle))?;
+        let scale = level.factor as f64;
         let (axes, _) = spread.ellipse();
-        let middle = self.level.pixel(spread.middle[0], spread.middle[1]);
+        let inside = level.pixel((inner % level.width) as f64, (inner / level.width) as f64);
         Some(Patch {
-            middle,
+            middle: level.pixel(spread.middle[0], spread.middle[1]),
+            inside,
             axes: axes.map(|axis| axis * scale),
             mass: spread.mass * scale * scale,
-            normal,
-            object: self.level.object_at(&middle),
+            normal: sum.try_normalize(1e-12)?,
+            object: level.object_at(&inside),
         })
     }
 
-    fn polish(&self, spread: &Spread, normal: &Vector3<f64>) -> Option<(Spread, Vector3<f64>)> {
-        let half = window_around(spread, self.least_half);
-        let axis = single(normal);
-        let range = |k: usize, size: usize| {
-            let first = (spread.middle[k] - half[k]).ceil().max(0.0) as usize;
-            let last = (spread.middle[k] + half[k]).floor().max(0.0) as usize;
-            first..(last + 1).min(size)
-        };
-        let (mut sums, mut sum) = ([0.0; 6], Vector3::zeros());
-        for y in range(1, self.level.height) {
-            for x in range(0, self.level.width) {
-                let cell = &self.level.cells[y * self.level.width + x];
-                let weight = f64::from(self.alignment.of_cell(cell, &axis));
-                if weight > 0.0 {
-                    add(&mut sums, &products(weight, x as f64, y as f64));
-                    sum += Vector3::from(cell.normal.map(f64::from)) * weight;
-                }
-            }
-        }
-        Some((Spread::of(&sums)?, sum.try_normalize(1e-12)?))
+    fn normal(&self, cell: usize) -> Vector3<f64> {
+        Vector3::from(self.level.cells[cell].normal.map(f64::from))
     }
 }
 
+/// The cell of some weight that is nearest to a position.
+fn nearest_cell(weights: &[f32], width: usize, to: [f64; 2]) -> Option<usize> {
+    let some = (0..weights.len()).filter(|&at| weights[at] > 0.0);
+    some.min_by_key(|&at| squared_distance(at, width, to))
+}
+
+/// In hundredths of a cell, for ordering.
+fn squared_distance(at: usize, width: usize, to: [f64; 2]) -> u64 {
+    let (x, y) = ((at % width) as f64 - to[0], (at / width) as f64 - to[1]);
+    ((x * x + y * y) * 100.0) as u64
+}
+
+/// Takes the cells of some weight that hang together with a first one out of an image.
+fn connected(weights: &mut [f32], width: usize, first: usize) -> Vec<(usize, f32)> {
+    let mut found = vec![(first, std::mem::take(&mut weights[first]))];
+    let mut next = 0;
+    while let Some(&(at, _)) = found.get(next) {
+        next += 1;
+        let column = at % width;
+        let neighbours = [
+            (column > 0).then(|| at - 1),
+            (column + 1 < width).then(|| at + 1),
+            at.checked_sub(width),
+            Some(at + width).filter(|&below| below < weights.len()),
+        ];
+        for neighbour in neighbours.into_iter().flatten() {
+            if weights[neighbour] > 0.0 {
+                found.push((neighbour, std::mem::take(&mut weights[neighbour])));
+            }
+        }
+    }
+    found
+}
+
 fn same(a: &Patch, b: &Patch, radius: f64) -> bool {
-    let near = (a.middle - b.middle).norm() < (0.5 * radius).max(0.3 * a.axes[1]);
+    let reach = (0.5 * radius).max(0.3 * a.axes[1]);
+    // A ring and what it encloses have one middle, but no pixel in common.
+    let near = (a.middle - b.middle).norm() < reach && (a.inside - b.inside).norm() < reach;
     near && a.normal.dot(&b.normal) > SAME_ANGLE.cos()
 }

@@ -133,7 +133,7 @@ fn by_depth(
     cup: &Cup,
     options: &PlanOptions,
 ) -> Result<Surface, Refused> {
-    let depth = views[view].depth_near(&patch.middle, DEPTH_REACH);
+    let depth = views[view].depth_near(&patch.inside, DEPTH_REACH);
     let fold = options.search.fold.cos();
     depth
         .and_then(|depth| Surface::of_view(views, view, *patch, depth, cup, fold))

@@ -1,6 +1,6 @@
 //! A patch in space: a plane that bends a little, as one or two views show it.
 
-use geometry::nalgebra::{Point2, Point3, Vector3};
+use geometry::nalgebra::{Point3, Vector3};
 
 use crate::align::{Offset, Sweep, best_offset};
 use crate::chart::{Bend, Chart, Grid, Tangent};
@@ -70,7 +70,8 @@ impl Surface {
         };
         let mut offset = None;
         for sweep in [coarse, FINE] {
-            let charts = pair.map(|view| Chart::new(view, tangent, grid));
+            let chart = |k: usize| Chart::new(pair[k], tangent, grid).patch_at(pair[k], &patches[k].inside, fold);
+            let charts = [chart(0), chart(1)];
             let bend = Bend::fit(&[&charts[0], &charts[1]], fold, grid.reach() / BEYOND);
             offset = best_offset(&charts[0], &charts[1], &bend, &sweep);
             tangent = offset.map_or(tangent, |offset| tangent.moved(offset.height));
@@ -90,7 +91,7 @@ impl Surface {
         cup: &Cup,
         fold: f64,
     ) -> Option<Self> {
-        let point = views[view].ray(&patch.middle)?.at(depth);
+        let point = views[view].ray(&patch.inside)?.at(depth);
         let grid = grid(&[&views[view]], &[patch], &point, cup);
         let tangent = Tangent::new(point, patch.normal);
         Some(Self::on(views, vec![view], vec![patch], tangent, grid, fold))
@@ -104,10 +105,10 @@ impl Surface {
         grid: Grid,
         fold: f64,
     ) -> Self {
-        let charts: Vec<Chart> = numbers
-            .iter()
-            .map(|&view| Chart::new(&views[view], tangent, grid))
-            .collect();
+        let chart = |(&view, patch): (&usize, &Patch)| {
+            Chart::new(&views[view], tangent, grid).patch_at(&views[view], &patch.inside, fold)
+        };
+        let charts: Vec<Chart> = numbers.iter().zip(&patches).map(chart).collect();
         let bend = Bend::fit(&charts.iter().collect::<Vec<_>>(), fold, grid.reach() / BEYOND);
         let areas = charts
             .iter()
@@ -126,25 +127,18 @@ impl Surface {
         }
     }
 
-    /// The place that is farthest from borders and edges, and among such places the one nearest to the patch's middle
+    /// The place that is farthest from where the patch ends, and among such places the one nearest to the patch's middle
     /// and to the object's centre of mass.
     pub(crate) fn best_place(&self, cup: &Cup, fold: f64, centre: &Point3<f64>) -> Place {
         let grid = self.charts[0].grid;
         let open = |index: usize| self.charts.iter().all(|chart| chart.is_open(index, fold));
-        let mut edged = vec![false; grid.side() * grid.side()];
-        for edge in self.charts.iter().flat_map(|chart| &chart.edges) {
-            let [column, row] = grid.cell(edge.x, edge.y).map(|at| at.round() as usize);
-            edged[row.min(2 * grid.half) * grid.side() + column.min(2 * grid.half)] = true;
-        }
         let patch = squared_distances(grid.side(), open);
-        let free = squared_distances(grid.side(), |index| open(index) && !edged[index]);
         let radii = |squared: f32| f64::from(squared).sqrt() * grid.pitch / cup.radius();
         let level = |x: f64, y: f64| (self.tangent.at(x, y) - centre).xy().norm();
         let merit = |index: usize| {
             let [x, y] = grid.position(index);
-            let (patch, free) = (radii(patch[index]), radii(free[index]));
             let away = 0.1 * x.hypot(y) + 0.1 * level(x, y);
-            patch.min(ENOUGH) + free.min(ENOUGH) - away / cup.radius()
+            2.0 * radii(patch[index]).min(ENOUGH) - away / cup.radius()
         };
         let cells = 0..patch.len();
         let best = cells
@@ -161,11 +155,6 @@ impl Surface {
             point: self.tangent.at(x, y) + normal * self.bend.height(x, y),
             normal: (u * turned.x + v * turned.y + normal * turned.z).normalize(),
         }
-    }
-
-    /// Where the first of its views shows it.
-    pub(crate) fn pixel(&self) -> Point2<f64> {
-        self.patches[0].middle
     }
 }
 
