@@ -24,6 +24,8 @@ pub(crate) struct Offset {
 /// Heights to be tried.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Sweep {
+    /// Metres over the plane.
+    pub(crate) middle: f64,
     /// To both sides, metres.
     pub(crate) range: f64,
     /// Metres.
@@ -35,7 +37,7 @@ pub(crate) struct Sweep {
 /// Best height of a sweep, between the steps by a parabola; none when the best one is at the sweep's end.
 pub(crate) fn best_offset(a: &Chart, b: &Chart, bend: &Bend, sweep: &Sweep) -> Option<Offset> {
     let steps = (sweep.range / sweep.step).round() as i64;
-    let cost = |step: i64| mismatch(a, b, bend, step as f64 * sweep.step, sweep.stride);
+    let cost = |step: i64| mismatch(a, b, bend, sweep.middle + step as f64 * sweep.step, sweep.stride);
     let costs: Vec<f64> = (-steps..=steps).map(cost).collect();
     let best = (0..costs.len()).min_by(|&i, &j| costs[i].total_cmp(&costs[j]))?;
     let middle = costs[best];
@@ -43,7 +45,7 @@ pub(crate) fn best_offset(a: &Chart, b: &Chart, bend: &Bend, sweep: &Sweep) -> O
     let bow = (before + after) / 2.0 - middle;
     let shift = if bow > 0.0 { (before - after) / (4.0 * bow) } else { 0.0 };
     Some(Offset {
-        height: (best as f64 - steps as f64 + shift) * sweep.step,
+        height: sweep.middle + (best as f64 - steps as f64 + shift) * sweep.step,
         mismatch: middle,
         sharpness: bow / (sweep.step * sweep.step),
     })

@@ -15,8 +15,8 @@ use crate::triangulate::{covariance, covariance_at_depth};
 use crate::view::View;
 
 /// Cells of a footprint's chart across the cup's radius, and from its middle to its border.
-const CELLS: f64 = 10.0;
-const HALF: usize = 24;
+const CELLS: f64 = 8.0;
+const HALF: usize = 18;
 /// Pixels around the contact in which its depth is taken.
 const DEPTH_REACH: usize = 3;
 /// Share of the footprint that may stand in the stem's way.

@@ -105,14 +105,11 @@ impl Chart {
             let ([au, av], [bu, bv]) = (across(&a), across(&b));
             (au * bv - av * bu).abs()
         });
-        let cells = (0..grid.side() * grid.side()).map(|index| {
-            let [x, y] = grid.position(index);
-            sample(view, &tangent, &tangent.at(x, y))
-        });
+        let cells = cells(view, &tangent, grid);
         Self {
             tangent,
             grid,
-            cells: cells.collect(),
+            cells,
             edges: edges(view, &tangent, grid.reach()),
             density,
             slide,
@@ -217,7 +214,7 @@ impl Bend {
         for chart in charts {
             for (index, cell) in chart.cells.iter().enumerate() {
                 let [x, y] = chart.grid.position(index);
-                if x.hypot(y) > radius || !chart.is_open(index, least_cosine) {
+                if x * x + y * y > radius * radius || !chart.is_open(index, least_cosine) {
                     continue;
                 }
                 let [nu, nv, n] = cell.normal.map(f64::from);
@@ -251,28 +248,29 @@ impl Bend {
     }
 }
 
-fn sample(view: &View<'_>, tangent: &Tangent, point: &Point3<f64>) -> ChartCell {
-    let Some(pixel) = view.project(point) else {
-        return ChartCell::default();
+fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid) -> Vec<ChartCell> {
+    let (rotation, shift) = view.camera_from_base();
+    let middle = rotation * tangent.origin.coords + shift;
+    let axes = [&tangent.u, &tangent.v, &tangent.normal];
+    let [u, v, _] = axes.map(|axis| rotation * axis);
+    let single = axes.map(|axis| axis.map(|x| x as f32));
+    let read = |index: usize| {
+        let [x, y] = grid.position(index);
+        let pixel = view.input.camera.project(&Point3::from(middle + u * x + v * y))?;
+        let cell = view
+            .fine
+            .at(pixel.x, pixel.y)
+            .filter(|cell| cell.inside > 0.5 && cell.confidence > 0.0)?;
+        let normal = Vector3::from(cell.normal);
+        Some(ChartCell {
+            normal: single.map(|axis| normal.dot(&axis)),
+            confidence: cell.confidence,
+            inside: 1.0,
+        })
     };
-    let (x, y) = (pixel.x.round(), pixel.y.round());
-    if x < 0.0 || y < 0.0 {
-        return ChartCell::default();
-    }
-    let (x, y) = (x as usize, y as usize);
-    if !view.input.mask.contains(x, y) {
-        return ChartCell::default();
-    }
-    let Some(normal) = view.input.normals.get(x, y).filter(|normal| normal[0].is_finite()) else {
-        return ChartCell::default();
-    };
-    let normal = Vector3::from(normal.map(f64::from));
-    let turned = [&tangent.u, &tangent.v, &tangent.normal].map(|axis| normal.dot(axis) as f32);
-    ChartCell {
-        normal: turned,
-        confidence: unit_or_nothing(view.input.confidence.row(y)[x]),
-        inside: 1.0,
-    }
+    (0..grid.side() * grid.side())
+        .map(|index| read(index).unwrap_or_default())
+        .collect()
 }
 
 fn edges(view: &View<'_>, tangent: &Tangent, reach: f64) -> Vec<ChartEdge> {
@@ -293,8 +291,4 @@ fn edges(view: &View<'_>, tangent: &Tangent, reach: f64) -> Vec<ChartEdge> {
         (x.abs() <= reach && y.abs() <= reach).then_some(ChartEdge { x, y, weight })
     };
     view.edges.iter().filter_map(on_plane).collect()
-}
-
-fn unit_or_nothing(value: f32) -> f32 {
-    if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 }
 }

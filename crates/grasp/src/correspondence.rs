@@ -17,6 +17,8 @@ const SAME_PLACE: f64 = 0.03;
 /// Heights to both sides of a guess that are looked at: with depth, and without one; metres.
 const RANGE_BY_DEPTH: f64 = 0.008;
 const RANGE_BY_RAYS: f64 = 0.015;
+/// Patches of the other view that one is compared with in detail, the most alike.
+const COMPARED: usize = 2;
 /// A point this far below the table is none.
 const BELOW_TABLE: f64 = 0.01;
 
@@ -38,11 +40,10 @@ pub(crate) fn correspond(
     let fold = options.search.fold.cos();
     let mut possible: Vec<(usize, usize, f64, Guess)> = Vec::new();
     for (i, a) in patches[0].iter().enumerate() {
-        for (j, b) in patches[1].iter().enumerate() {
-            if let Some((cost, guess)) = compare(views, [a, b], options) {
-                possible.push((i, j, cost, guess));
-            }
-        }
+        let compared = |(j, b)| compare(views, [a, b], options).map(|(cost, guess)| (i, j, cost, guess));
+        let mut own: Vec<_> = patches[1].iter().enumerate().filter_map(compared).collect();
+        own.sort_by(|a, b| a.2.total_cmp(&b.2));
+        possible.extend(own.into_iter().take(COMPARED));
     }
     let compared = possible.into_par_iter().map(|(i, j, cost, guess)| {
         let surface = Surface::of_pair(views, [patches[0][i], patches[1][j]], &guess, cup, fold);

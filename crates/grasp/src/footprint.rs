@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use geometry::nalgebra::Vector3;
 
-use crate::chart::{Chart, ChartCell};
+use crate::chart::Chart;
 
 /// Places on the rim, and rings from the middle to it, at which slopes are read.
 const SPOKES: usize = 32;
@@ -75,7 +75,7 @@ fn mean(chart: &Chart, radius: f64) -> (f64, Vector3<f64>) {
     let (mut confidence, mut normal, mut count) = (0.0, Vector3::zeros(), 0_usize);
     for (index, cell) in chart.cells.iter().enumerate() {
         let [x, y] = chart.grid.position(index);
-        if x.hypot(y) <= radius {
+        if x * x + y * y <= radius * radius {
             count += 1;
             let trust = f64::from(cell.confidence);
             confidence += trust;
@@ -132,10 +132,11 @@ fn slopes(chart: &Chart, x: f64, y: f64) -> [f64; 2] {
 }
 
 fn border(chart: &Chart, fold: f64) -> f64 {
-    let closed = |(index, _): (usize, &ChartCell)| {
+    let closed = (0..chart.cells.len()).filter(|&index| !chart.is_open(index, fold));
+    let squared = closed.map(|index| {
         let [x, y] = chart.grid.position(index);
-        (!chart.is_open(index, fold)).then(|| (x.hypot(y) - chart.grid.pitch / 2.0).max(0.0))
-    };
-    let cells = chart.cells.iter().enumerate();
-    cells.filter_map(closed).fold(chart.grid.reach(), f64::min)
+        x * x + y * y
+    });
+    let nearest = squared.fold(f64::INFINITY, f64::min).sqrt();
+    (nearest - chart.grid.pitch / 2.0).clamp(0.0, chart.grid.reach())
 }

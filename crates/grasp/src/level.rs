@@ -1,4 +1,4 @@
-//! A view at the resolution in which patches are looked for: a few cells across the cup.
+//! A view in blocks of pixels: fine ones that charts read, coarse ones in which patches are looked for.
 
 use geometry::nalgebra::Point2;
 use imaging::Mask;
@@ -7,76 +7,76 @@ use rayon::prelude::*;
 use crate::view::ViewInput;
 
 /// Means over square blocks of pixels, within the objects' bounding box.
-#[derive(Debug, Clone)]
-pub(crate) struct Level {
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Blocks {
     /// Pixels along a block's side.
     pub(crate) factor: usize,
     /// First column and row of pixels.
-    pub(crate) corner: [usize; 2],
+    corner: [usize; 2],
     pub(crate) width: usize,
     pub(crate) height: usize,
     /// Row by row.
-    pub(crate) cells: Vec<LevelCell>,
-    /// Which object a cell belongs to, counted from 1; 0 is none.
-    pub(crate) objects: Vec<u16>,
-    /// Middle of each object's cells in pixels, and how many cells it has.
-    pub(crate) object_middles: Vec<(Point2<f64>, usize)>,
-    /// Object pixels in all.
-    pub(crate) mask_pixels: usize,
+    pub(crate) cells: Vec<Cell>,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct LevelCell {
+/// One block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Cell {
     /// Unit, or 0 where there is none.
     pub(crate) normal: [f32; 3],
-    /// Mean confidence, a pixel without a normal or off the object counting 0; 0 where an edge is.
-    pub(crate) weight: f32,
+    /// Mean confidence, a pixel without a normal or off the object counting 0.
+    pub(crate) confidence: f32,
     /// Share of the cell on the object.
     pub(crate) inside: f32,
     /// Mean of the known depths, metres; NaN without any.
     pub(crate) depth: f32,
+    pub(crate) has_edge: bool,
 }
 
-impl Level {
-    pub(crate) fn empty() -> Self {
-        Self {
-            factor: 1,
-            corner: [0, 0],
-            width: 0,
-            height: 0,
-            cells: Vec::new(),
-            objects: Vec::new(),
-            object_middles: Vec::new(),
-            mask_pixels: 0,
-        }
-    }
-
+impl Blocks {
     pub(crate) fn new(input: &ViewInput<'_>, factor: usize) -> Self {
         let Some(([left, top], [right, bottom])) = bounds(input.mask) else {
-            return Self::empty();
+            return Self::default();
         };
         let width = (right - left).div_ceil(factor);
         let height = (bottom - top).div_ceil(factor);
         let row = |row: usize| {
             let rows = top + row * factor..(top + (row + 1) * factor).min(bottom);
-            (0..width).map(move |column| {
+            let cell = |column: usize| {
                 let first = left + column * factor;
-                mean_cell(input, first..(first + factor).min(right), rows.clone(), factor)
-            })
+                Mean::of_pixels(input, first..(first + factor).min(right), rows.clone()).cell(factor * factor)
+            };
+            (0..width).map(cell).collect::<Vec<_>>()
         };
-        let rows: Vec<Vec<LevelCell>> = (0..height).into_par_iter().map(|y| row(y).collect()).collect();
-        let mut level = Self {
+        Self {
             factor,
             corner: [left, top],
             width,
             height,
-            cells: rows.concat(),
-            ..Self::empty()
+            cells: (0..height).into_par_iter().flat_map_iter(row).collect(),
+        }
+    }
+
+    /// Blocks of several blocks.
+    pub(crate) fn coarser(&self, by: usize) -> Self {
+        let (width, height) = (self.width.div_ceil(by), self.height.div_ceil(by));
+        let cell = |index: usize| {
+            let (left, top) = (index % width * by, index / width * by);
+            let mut mean = Mean::default();
+            for y in top..(top + by).min(self.height) {
+                for x in left..(left + by).min(self.width) {
+                    mean.add(&self.cells[y * self.width + x]);
+                }
+            }
+            mean.cell(by * by)
         };
-        let inside: f32 = level.cells.iter().map(|cell| cell.inside).sum();
-        level.mask_pixels = (inside * (factor * factor) as f32).round() as usize;
-        level.label();
-        level
+        Self {
+            factor: self.factor * by,
+            corner: self.corner,
+            width,
+            height,
+            cells: (0..width * height).map(cell).collect(),
+        }
     }
 
     /// The pixel position of a cell position; whole numbers are middles in both.
@@ -88,28 +88,60 @@ impl Level {
 
     /// The cell position of a pixel position.
     pub(crate) fn cell(&self, pixel: &Point2<f64>) -> [f64; 2] {
-        let scale = self.factor as f64;
+        let scale = self.factor.max(1) as f64;
         let at = |pixel: f64, corner: usize| (pixel + 0.5 - corner as f64) / scale - 0.5;
         [at(pixel.x, self.corner[0]), at(pixel.y, self.corner[1])]
     }
 
+    /// The block that holds a pixel; none outside of all.
+    pub(crate) fn at(&self, x: f64, y: f64) -> Option<&Cell> {
+        let [x, y] = self.cell(&Point2::new(x, y)).map(|position| position + 0.5);
+        let within = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
+        within.then(|| &self.cells[y as usize * self.width + x as usize])
+    }
+}
+
+/// The blocks in which patches are looked for: a few across the cup.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Level {
+    pub(crate) blocks: Blocks,
+    /// Which object a cell belongs to, counted from 1; 0 is none.
+    objects: Vec<u16>,
+    /// Middle of each object's cells in pixels, and how many cells it has.
+    pub(crate) object_middles: Vec<(Point2<f64>, usize)>,
+    /// Object pixels in all.
+    pub(crate) mask_pixels: usize,
+}
+
+impl Level {
+    pub(crate) fn new(blocks: Blocks) -> Self {
+        let inside: f32 = blocks.cells.iter().map(|cell| cell.inside).sum();
+        let mut level = Self {
+            mask_pixels: (inside * (blocks.factor * blocks.factor) as f32).round() as usize,
+            blocks,
+            ..Self::default()
+        };
+        level.label();
+        level
+    }
+
     /// The object at or next to a pixel; 0 is none.
     pub(crate) fn object_at(&self, pixel: &Point2<f64>) -> u16 {
-        let [x, y] = self.cell(pixel).map(|position| position.round() as i64);
+        let [x, y] = self.blocks.cell(pixel).map(|position| position.round() as i64);
         let near = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)];
         let at = |(dx, dy): (i64, i64)| {
             let (x, y) = (x + dx, y + dy);
-            let within = (0..self.width as i64).contains(&x) && (0..self.height as i64).contains(&y);
-            within.then(|| self.objects[y as usize * self.width + x as usize])
+            let within = (0..self.blocks.width as i64).contains(&x) && (0..self.blocks.height as i64).contains(&y);
+            within.then(|| self.objects[y as usize * self.blocks.width + x as usize])
         };
         near.into_iter().filter_map(at).find(|object| *object > 0).unwrap_or(0)
     }
 
     /// Numbers the connected parts of the mask, by cells that are mostly inside.
     fn label(&mut self) {
-        self.objects = vec![0; self.cells.len()];
-        for start in 0..self.cells.len() {
-            if self.objects[start] == 0 && self.cells[start].inside > 0.5 {
+        self.objects = vec![0; self.blocks.cells.len()];
+        for start in 0..self.blocks.cells.len() {
+            if self.objects[start] == 0 && self.blocks.cells[start].inside > 0.5 {
                 let object = (self.object_middles.len() + 1).min(usize::from(u16::MAX)) as u16;
                 let middle = self.flood(start, object);
                 self.object_middles.push(middle);
@@ -122,24 +154,24 @@ impl Level {
         let mut open = vec![start];
         self.objects[start] = object;
         while let Some(at) = open.pop() {
-            let (x, y) = (at % self.width, at / self.width);
+            let (x, y) = (at % self.blocks.width, at / self.blocks.width);
             sum = [sum[0] + x as f64, sum[1] + y as f64];
             count += 1;
             let neighbours = [
                 (x > 0).then(|| at - 1),
-                (x + 1 < self.width).then(|| at + 1),
-                (y > 0).then(|| at - self.width),
-                (y + 1 < self.height).then(|| at + self.width),
+                (x + 1 < self.blocks.width).then(|| at + 1),
+                (y > 0).then(|| at - self.blocks.width),
+                (y + 1 < self.blocks.height).then(|| at + self.blocks.width),
             ];
             for next in neighbours.into_iter().flatten() {
-                if self.objects[next] == 0 && self.cells[next].inside > 0.5 {
+                if self.objects[next] == 0 && self.blocks.cells[next].inside > 0.5 {
                     self.objects[next] = object;
                     open.push(next);
                 }
             }
         }
         let [x, y] = sum.map(|sum| sum / count as f64);
-        (self.pixel(x, y), count)
+        (self.blocks.pixel(x, y), count)
     }
 }
 
@@ -162,46 +194,69 @@ fn bounds(mask: &Mask) -> Option<([usize; 2], [usize; 2])> {
     Some(([left, top], [right, bottom]))
 }
 
-fn mean_cell(
-    input: &ViewInput<'_>,
-    columns: std::ops::Range<usize>,
-    rows: std::ops::Range<usize>,
-    factor: usize,
-) -> LevelCell {
-    let mut normal = [0.0_f32; 3];
-    let (mut weight, mut inside, mut edge_free) = (0.0_f32, 0_u32, true);
-    let (mut depth, mut depths) = (0.0_f32, 0_u32);
-    for y in rows {
-        let masked = &input.mask.as_image().row(y)[columns.clone()];
-        let edge = &input.edges.as_image().row(y)[columns.clone()];
-        let normals = &input.normals.row(y)[columns.clone()];
-        let confidence = &input.confidence.row(y)[columns.clone()];
-        for (x, _) in masked.iter().enumerate().filter(|(_, inside)| **inside != 0) {
-            inside += 1;
-            edge_free &= edge[x] == 0;
-            let trust = confidence[x];
-            if normals[x][0].is_finite() && trust > 0.0 {
-                normal = [0, 1, 2].map(|axis| normal[axis] + trust * normals[x][axis]);
-                weight += trust;
-            }
-            let at = input.depth.map_or(f32::NAN, |image| image.row(y)[columns.start + x]);
-            if at > 0.0 {
-                depth += at;
-                depths += 1;
+/// Sums on the way to means.
+#[derive(Debug, Clone, Copy, Default)]
+struct Mean {
+    normal: [f32; 3],
+    confidence: f32,
+    inside: f32,
+    depth: f32,
+    depths: f32,
+    has_edge: bool,
+}
+
+impl Mean {
+    fn of_pixels(input: &ViewInput<'_>, columns: std::ops::Range<usize>, rows: std::ops::Range<usize>) -> Self {
+        let mut mean = Self::default();
+        for y in rows {
+            let masked = &input.mask.as_image().row(y)[columns.clone()];
+            let edge = &input.edges.as_image().row(y)[columns.clone()];
+            let normals = &input.normals.row(y)[columns.clone()];
+            let confidence = &input.confidence.row(y)[columns.clone()];
+            for (x, _) in masked.iter().enumerate().filter(|(_, inside)| **inside != 0) {
+                mean.inside += 1.0;
+                mean.has_edge |= edge[x] != 0;
+                mean.add_normal(normals[x], confidence[x]);
+                mean.add_depth(input.depth.map_or(f32::NAN, |image| image.row(y)[columns.start + x]));
             }
         }
+        mean
     }
-    let area = (factor * factor) as f32;
-    let length = normal.iter().map(|x| x * x).sum::<f32>().sqrt();
-    LevelCell {
-        normal: if length > 0.0 {
-            normal.map(|x| x / length)
-        } else {
-            [0.0; 3]
-        },
-        // A line of edges must part the cells on its sides, even where it only clips their corners.
-        weight: if edge_free { weight / area } else { 0.0 },
-        inside: inside as f32 / area,
-        depth: depth / depths as f32,
+
+    fn add(&mut self, cell: &Cell) {
+        self.inside += cell.inside;
+        self.has_edge |= cell.has_edge;
+        self.add_normal(cell.normal, cell.confidence);
+        self.add_depth(cell.depth);
+    }
+
+    fn add_normal(&mut self, normal: [f32; 3], confidence: f32) {
+        if normal[0].is_finite() && confidence > 0.0 {
+            let trust = confidence.min(1.0);
+            self.normal = [0, 1, 2].map(|axis| self.normal[axis] + trust * normal[axis]);
+            self.confidence += trust;
+        }
+    }
+
+    fn add_depth(&mut self, depth: f32) {
+        if depth > 0.0 {
+            self.depth += depth;
+            self.depths += 1.0;
+        }
+    }
+
+    fn cell(&self, count: usize) -> Cell {
+        let length = self.normal.iter().map(|x| x * x).sum::<f32>().sqrt();
+        Cell {
+            normal: if length > 0.0 {
+                self.normal.map(|x| x / length)
+            } else {
+                [0.0; 3]
+            },
+            confidence: self.confidence / count as f32,
+            inside: self.inside / count as f32,
+            depth: self.depth / self.depths,
+            has_edge: self.has_edge,
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::level::{Level, LevelCell};
+use crate::level::{Blocks, Cell};
 
 /// Below this the cell has nothing to do with the patch: farther off than √2 times the angle of one half.
 const NOTHING: f32 = 0.25;
@@ -34,18 +34,19 @@ impl Alignment {
         (self.concentration * (cosine - 1.0)).exp()
     }
 
-    /// Of a cell, with its weight.
-    pub(crate) fn of_cell(self, cell: &LevelCell, axis: &[f32; 3]) -> f32 {
-        if cell.weight <= 0.0 {
+    /// Of a cell, times its confidence; 0 where an edge is.
+    pub(crate) fn of_cell(self, cell: &Cell, axis: &[f32; 3]) -> f32 {
+        // A line of edges must part the cells on its sides, even where it only clips their corners.
+        if cell.has_edge || cell.confidence <= 0.0 {
             return 0.0;
         }
-        cell.weight * self.of(cell.normal, axis)
+        cell.confidence * self.of(cell.normal, axis)
     }
 
     /// Of all cells of a view.
-    pub(crate) fn image(self, level: &Level, axis: &Vector3<f64>) -> Vec<f32> {
+    pub(crate) fn image(self, blocks: &Blocks, axis: &Vector3<f64>) -> Vec<f32> {
         let axis = single(axis);
-        level.cells.iter().map(|cell| self.of_cell(cell, &axis)).collect()
+        blocks.cells.iter().map(|cell| self.of_cell(cell, &axis)).collect()
     }
 }
 

@@ -34,6 +34,8 @@ pub struct SearchOptions {
     pub half_likelihood: f64,
     /// Patches looked for in one orientation and view, 1 to 50.
     pub modes: usize,
+    /// Patches of a view that are followed up, the largest first, 1 to 1000.
+    pub patches: usize,
     /// Angle at which a surface has folded away from a patch, 0.05 to 1.
     pub fold: f64,
 }
@@ -125,6 +127,7 @@ impl Default for SearchOptions {
             step: 0.4,
             half_likelihood: 0.26,
             modes: 6,
+            patches: 24,
             fold: 0.45,
         }
     }
@@ -211,6 +214,7 @@ impl SearchOptions {
         within("step", self.step, 0.1..=1.5, "0.1 to 1.5 rad")?;
         within("half_likelihood", self.half_likelihood, 0.02..=1.0, "0.02 to 1 rad")?;
         within("modes", self.modes as f64, 1.0..=50.0, "1 to 50")?;
+        within("patches", self.patches as f64, 1.0..=1000.0, "1 to 1000")?;
         within("fold", self.fold, 0.05..=1.0, "0.05 to 1 rad")
     }
 }

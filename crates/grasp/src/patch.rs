@@ -57,10 +57,11 @@ pub(crate) fn find_patches(
     search: &SearchOptions,
 ) -> Found {
     let level = &view.level;
-    if level.cells.is_empty() {
+    let blocks = &level.blocks;
+    if blocks.cells.is_empty() {
         return Found::default();
     }
-    let radius = cup.radius() * view.input.camera.focal()[0] / distance / level.factor as f64;
+    let radius = cup.radius() * view.input.camera.focal()[0] / distance / blocks.factor as f64;
     let finder = Finder {
         level,
         alignment: Alignment::new(search.half_likelihood),
@@ -72,13 +73,14 @@ pub(crate) fn find_patches(
     let mass = found.iter().map(|(mass, _)| *mass).fold(0.0, f64::max);
     let mut found: Vec<Patch> = found.into_iter().flat_map(|(_, patches)| patches).collect();
     found.sort_by(|a, b| b.mass.total_cmp(&a.mass));
-    let reach = radius * level.factor as f64;
+    let reach = radius * blocks.factor as f64;
     let mut kept: Vec<Patch> = Vec::new();
     for patch in found {
         if kept.iter().all(|other| !same(other, &patch, reach)) {
             kept.push(patch);
         }
     }
+    kept.truncate(search.patches);
     Found {
         patches: kept,
         share: mass / (std::f64::consts::PI * radius * radius),
@@ -97,19 +99,19 @@ impl Finder<'_> {
     /// All likelihood of an orientation, and its patches: each is what hangs together where mean shift comes to rest, and
     /// is taken away before the next is looked for.
     fn patches(&self, axis: &Vector3<f64>) -> (f64, Vec<Patch>) {
-        let mut weights = self.alignment.image(self.level, axis);
+        let mut weights = self.alignment.image(&self.level.blocks, axis);
         let mass = weights.iter().map(|&weight| f64::from(weight)).sum::<f64>();
         let (mut left, mut found) = (mass, Vec::new());
         while left >= self.least_mass && found.len() < self.modes {
-            let moments = Moments::new(self.level.width, &weights);
+            let moments = Moments::new(self.level.blocks.width, &weights);
             let start = fullest(&moments, self.least_half).filter(|(mass, _)| *mass >= self.least_mass);
             let Some(mode) = start.and_then(|(_, start)| mode(&moments, start, self.least_half)) else {
                 break;
             };
-            let Some(first) = nearest_cell(&weights, self.level.width, mode.middle) else {
+            let Some(first) = nearest_cell(&weights, self.level.blocks.width, mode.middle) else {
                 break;
             };
-            let region = connected(&mut weights, self.level.width, first);
+            let region = connected(&mut weights, self.level.blocks.width, first);
             let taken: f64 = region.iter().map(|&(_, weight)| f64::from(weight)).sum();
             left -= taken;
             if taken >= self.least_mass {
@@ -121,7 +123,7 @@ impl Finder<'_> {
 
     /// Middle, size and normal of a region: the region's own normal first, then all around it that faces that way.
     fn patch(&self, region: &[(usize, f32)]) -> Option<Patch> {
-        let level = self.level;
+        let blocks = &self.level.blocks;
         let normal: Vector3<f64> = region
             .iter()
             .map(|&(at, weight)| self.normal(at) * f64::from(weight))
@@ -129,16 +131,16 @@ impl Finder<'_> {
         let axis = single(&normal.try_normalize(1e-12)?);
         let (_, first) = region
             .iter()
-            .map(|&(at, _)| (self.alignment.of_cell(&level.cells[at], &axis), at))
+            .map(|&(at, _)| (self.alignment.of_cell(&blocks.cells[at], &axis), at))
             .max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let mut weights = self.alignment.image(level, &normal.normalize());
-        let own = connected(&mut weights, level.width, first);
+        let mut weights = self.alignment.image(blocks, &normal.normalize());
+        let own = connected(&mut weights, blocks.width, first);
         let (mut sums, mut sum) = ([0.0; 6], Vector3::zeros());
         for &(at, weight) in &own {
             let weight = f64::from(weight);
             add(
                 &mut sums,
-                &products(weight, (at % level.width) as f64, (at / level.width) as f64),
+                &products(weight, (at % blocks.width) as f64, (at / blocks.width) as f64),
             );
             sum += self.normal(at) * weight;
         }
@@ -146,22 +148,22 @@ impl Finder<'_> {
         let inner = own
             .iter()
             .map(|&(at, _)| at)
-            .min_by_key(|&at| squared_distance(at, level.width, spread.middle))?;
-        let scale = level.factor as f64;
+            .min_by_key(|&at| squared_distance(at, blocks.width, spread.middle))?;
+        let scale = blocks.factor as f64;
         let (axes, _) = spread.ellipse();
-        let inside = level.pixel((inner % level.width) as f64, (inner / level.width) as f64);
+        let inside = blocks.pixel((inner % blocks.width) as f64, (inner / blocks.width) as f64);
         Some(Patch {
-            middle: level.pixel(spread.middle[0], spread.middle[1]),
+            middle: blocks.pixel(spread.middle[0], spread.middle[1]),
             inside,
             axes: axes.map(|axis| axis * scale),
             mass: spread.mass * scale * scale,
             normal: sum.try_normalize(1e-12)?,
-            object: level.object_at(&inside),
+            object: self.level.object_at(&inside),
         })
     }
 
     fn normal(&self, cell: usize) -> Vector3<f64> {
-        Vector3::from(self.level.cells[cell].normal.map(f64::from))
+        Vector3::from(self.level.blocks.cells[cell].normal.map(f64::from))
     }
 }
 

@@ -14,19 +14,19 @@ pub(crate) struct SurfacePoints {
 impl SurfacePoints {
     /// One point for each coarse cell that has a depth.
     pub(crate) fn new(view: &View<'_>) -> Self {
-        let level = &view.level;
+        let blocks = &view.level.blocks;
         let [focal, _] = view.input.camera.focal();
-        let point = |(index, cell): (usize, &crate::level::LevelCell)| {
+        let point = |(index, cell): (usize, &crate::level::Cell)| {
             let depth = f64::from(cell.depth);
             if depth.is_nan() {
                 return None;
             }
-            let pixel = level.pixel((index % level.width) as f64, (index / level.width) as f64);
-            let area = (depth * level.factor as f64 / focal).powi(2);
+            let pixel = blocks.pixel((index % blocks.width) as f64, (index / blocks.width) as f64);
+            let area = (depth * blocks.factor as f64 / focal).powi(2);
             Some((view.ray(&pixel)?.at(depth), area))
         };
         Self {
-            points: level.cells.iter().enumerate().filter_map(point).collect(),
+            points: blocks.cells.iter().enumerate().filter_map(point).collect(),
         }
     }
 

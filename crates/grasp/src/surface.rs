@@ -10,16 +10,26 @@ use crate::patch::Patch;
 use crate::view::View;
 
 /// Cells from the middle of a patch's chart to its border.
-const HALF: usize = 32;
+const HALF: usize = 24;
 /// A patch's chart goes this much beyond its ellipse, and this many metres: borders tell where it is.
 const BEYOND: f64 = 1.25;
 const BEYOND_BY: f64 = 0.004;
-/// Sweep about the second guess, metres.
+const COARSE: Sweep = Sweep {
+    middle: 0.0,
+    range: 0.0,
+    step: 0.001,
+    stride: 3,
+};
 const FINE: Sweep = Sweep {
-    range: 0.0018,
+    middle: 0.0,
+    range: 0.0012,
     step: 0.0003,
     stride: 2,
 };
+/// Charts this near to the surface need not be made anew, metres.
+const NEAR: f64 = 0.0025;
+/// Times a pair's charts are made.
+const BUILDS: usize = 2;
 /// Clearances beyond this many radii make no place better.
 const ENOUGH: f64 = 1.5;
 
@@ -58,28 +68,37 @@ pub(crate) struct Guess {
 }
 
 impl Surface {
-    /// A patch of two views: charts about a guess are swept, then charts about what was found.
+    /// A patch of two views: charts about a guess are swept; when they are far from what is found, so are charts there.
     pub(crate) fn of_pair(views: &[View<'_>], patches: [Patch; 2], guess: &Guess, cup: &Cup, fold: f64) -> Self {
-        let pair = [&views[0], &views[1]];
-        let grid = grid(&pair, &patches, &guess.point, cup);
+        let grid = grid(&[&views[0], &views[1]], &patches, &guess.point, cup);
         let mut tangent = Tangent::new(guess.point, guess.normal);
-        let coarse = Sweep {
-            range: guess.range,
-            step: 0.001,
-            stride: 3,
-        };
-        let mut offset = None;
-        for sweep in [coarse, FINE] {
-            let chart = |k: usize| Chart::new(pair[k], tangent, grid).patch_at(pair[k], &patches[k].inside, fold);
-            let charts = [chart(0), chart(1)];
-            let bend = Bend::fit(&[&charts[0], &charts[1]], fold, grid.reach() / BEYOND);
-            offset = best_offset(&charts[0], &charts[1], &bend, &sweep);
-            tangent = offset.map_or(tangent, |offset| tangent.moved(offset.height));
-        }
+        let mut range = guess.range;
         let mut surface = Self::on(views, vec![0, 1], patches.to_vec(), tangent, grid, fold);
-        surface.offset = offset;
+        for _ in 0..BUILDS {
+            surface.offset = surface.swept(range);
+            let Some(offset) = surface.offset else { break };
+            tangent = tangent.moved(offset.height);
+            surface.tangent = tangent;
+            if offset.height.abs() < NEAR {
+                break;
+            }
+            surface = Self::on(views, vec![0, 1], patches.to_vec(), tangent, grid, fold);
+            range = NEAR;
+        }
         surface.epipolar_px = guess.epipolar_px;
         surface
+    }
+
+    /// A coarse sweep and a fine one about its best height.
+    fn swept(&self, range: f64) -> Option<Offset> {
+        let [a, b] = self.charts.as_slice() else { return None };
+        let coarse = Sweep {
+            middle: 0.0,
+            range,
+            ..COARSE
+        };
+        let middle = best_offset(a, b, &self.bend, &coarse)?.height;
+        best_offset(a, b, &self.bend, &Sweep { middle, ..FINE })
     }
 
     /// A patch of one view at a known depth.

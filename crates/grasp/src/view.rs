@@ -6,13 +6,15 @@ use imaging::{Image, Mask};
 
 use crate::cup::Cup;
 use crate::error::GraspError;
-use crate::level::Level;
+use crate::level::{Blocks, Level};
 use crate::options::PlanOptions;
 
 /// Edges of this confidence and above count in full.
 const SURE_EDGE: f32 = 0.35;
 /// Edges of no confidence still count a little: something closed a gap there.
 const LEAST_EDGE: f32 = 0.25;
+/// Cells that charts read across the cup's radius, at least.
+const FINE_CELLS_ACROSS_RADIUS: f64 = 16.0;
 /// Cells of the coarse level across the cup's radius.
 const CELLS_ACROSS_RADIUS: f64 = 8.0;
 
@@ -48,6 +50,8 @@ pub(crate) struct View<'a> {
     camera_from_base: RigidTransform,
     rotation: Matrix3<f64>,
     shift: Vector3<f64>,
+    /// What charts read.
+    pub(crate) fine: Blocks,
     pub(crate) level: Level,
     pub(crate) edges: Vec<EdgePixel>,
 }
@@ -76,15 +80,23 @@ impl<'a> View<'a> {
             camera_from_base,
             rotation: camera_from_base.rotation_matrix(),
             shift: camera_from_base.translation(),
-            level: Level::empty(),
+            fine: Blocks::default(),
+            level: Level::default(),
             edges: Vec::new(),
         };
         let distance = view.distance_to_table(options.table_height);
         let cup_px = cup.radius() * input.camera.focal()[0] / distance;
-        let factor = (cup_px / CELLS_ACROSS_RADIUS).floor().clamp(1.0, 16.0) as usize;
-        view.level = Level::new(input, factor);
+        let fine = ((cup_px / FINE_CELLS_ACROSS_RADIUS).floor()).clamp(1.0, 8.0);
+        let coarser = (cup_px / fine / CELLS_ACROSS_RADIUS).floor().clamp(1.0, 16.0);
+        view.fine = Blocks::new(input, fine as usize);
+        view.level = Level::new(view.fine.coarser(coarser as usize));
         view.edges = view.edge_pixels();
         Ok(view)
+    }
+
+    /// Camera axes from base axes, and the base's origin in the camera frame.
+    pub(crate) fn camera_from_base(&self) -> (&Matrix3<f64>, &Vector3<f64>) {
+        (&self.rotation, &self.shift)
     }
 
     /// The pixel of a point, which may lie outside the image.
