@@ -5,10 +5,10 @@
 //! no exposure, and end where the object ends. This is stereo by normals, swept over planes (Collins, "A space-sweep
 //! approach to true multi-image matching", CVPR 1996, sweeps images).
 
-use crate::chart::{Bend, Chart};
+use crate::chart::{Bend, Blurred};
 
 /// Squared difference of normals from which a cell merely contradicts.
-const CONTRADICTION: f64 = 0.3;
+const CONTRADICTION: f64 = 1.0;
 
 /// Where the charts agree best.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +35,7 @@ pub(crate) struct Sweep {
 }
 
 /// Best height of a sweep, between the steps by a parabola; none when the best one is at the sweep's end.
-pub(crate) fn best_offset(a: &Chart, b: &Chart, bend: &Bend, sweep: &Sweep) -> Option<Offset> {
+pub(crate) fn best_offset(a: &Blurred, b: &Blurred, bend: &Bend, sweep: &Sweep) -> Option<Offset> {
     let steps = (sweep.range / sweep.step).round() as i64;
     let cost = |step: i64| mismatch(a, b, bend, sweep.middle + step as f64 * sweep.step, sweep.stride);
     let costs: Vec<f64> = (-steps..=steps).map(cost).collect();
@@ -52,14 +52,14 @@ pub(crate) fn best_offset(a: &Chart, b: &Chart, bend: &Bend, sweep: &Sweep) -> O
 }
 
 /// Mean contradiction where at least one view has a surface, 0 to 1.
-fn mismatch(a: &Chart, b: &Chart, bend: &Bend, height: f64, stride: usize) -> f64 {
+fn mismatch(a: &Blurred, b: &Blurred, bend: &Bend, height: f64, stride: usize) -> f64 {
     let (mut sum, mut weights) = (0.0_f64, 0.0_f64);
     let reach = a.grid.reach();
     for row in (0..a.grid.side()).step_by(stride) {
         for column in (0..a.grid.side()).step_by(stride) {
             let [x, y] = a.grid.position(row * a.grid.side() + column);
             let over = height + bend.height(x, y);
-            let read = |chart: &Chart| chart.interpolated(x + over * chart.slide.x, y + over * chart.slide.y);
+            let read = |chart: &Blurred| chart.interpolated(x + over * chart.slide.x, y + over * chart.slide.y);
             let (in_a, in_b) = (read(a), read(b));
             let present = f64::from(in_a[3].max(in_b[3]));
             if present <= 0.0 {

@@ -118,28 +118,14 @@ impl Chart {
 
     /// Interpolated normal (times presence) and presence; nothing outside.
     pub(crate) fn interpolated(&self, x: f64, y: f64) -> [f32; 4] {
-        let [column, row] = self.grid.cell(x, y);
-        let side = self.grid.side();
-        let last = (side - 1) as f64;
-        if !(0.0..last).contains(&column) || !(0.0..last).contains(&row) {
-            return [0.0; 4];
-        }
-        let (left, top) = (column as usize, row as usize);
-        let (fx, fy) = ((column - left as f64) as f32, (row - top as f64) as f32);
-        let mut sum = [0.0; 4];
-        for (offset, weight) in [
-            (0, (1.0 - fx) * (1.0 - fy)),
-            (1, fx * (1.0 - fy)),
-            (side, (1.0 - fx) * fy),
-            (side + 1, fx * fy),
-        ] {
-            let cell = &self.cells[top * side + left + offset];
-            for (sum, normal) in sum.iter_mut().zip(cell.normal) {
-                *sum += weight * normal;
-            }
-            sum[3] += weight * cell.inside;
-        }
-        sum
+        interpolated(&self.grid, [x, y], |index| {
+            let ChartCell {
+                normal: [u, v, n],
+                inside,
+                ..
+            } = self.cells[index];
+            [u, v, n, inside]
+        })
     }
 
     /// Only the patch that hangs together with a pixel's place: it ends at edges, folds and where the object ends.
@@ -174,6 +160,41 @@ impl Chart {
         Self { cells, ..self.clone() }
     }
 
+    /// Normals and presence of each cell, blurred by the binomial filter 1 4 6 4 1 in both directions: interpolated between
+    /// sharp cells, a border would look blunter than at the cells, and a sweep would stop there.
+    pub(crate) fn blurred(&self) -> Blurred {
+        let side = self.grid.side();
+        let mut values: Vec<[f32; 4]> = self
+            .cells
+            .iter()
+            .map(|cell| {
+                let [u, v, n] = cell.normal;
+                [u, v, n, cell.inside]
+            })
+            .collect();
+        for stride in [1, side] {
+            let along = |index: usize| if stride == 1 { index % side } else { index / side };
+            let blur = |index: usize| {
+                let mut sum = [0.0; 4];
+                for (tap, weight) in [1.0, 4.0, 6.0, 4.0, 1.0].into_iter().enumerate() {
+                    if (2..side + 2).contains(&(along(index) + tap)) {
+                        let value = &values[index + tap * stride - 2 * stride];
+                        for (sum, value) in sum.iter_mut().zip(value) {
+                            *sum += weight / 16.0 * value;
+                        }
+                    }
+                }
+                sum
+            };
+            values = (0..values.len()).map(blur).collect();
+        }
+        Blurred {
+            grid: self.grid,
+            slide: self.slide,
+            values,
+        }
+    }
+
     /// Where a pixel's ray meets the plane, metres.
     fn place_of(&self, view: &View<'_>, pixel: &Point2<f64>) -> Option<[f64; 2]> {
         let tangent = &self.tangent;
@@ -197,6 +218,46 @@ impl Chart {
         let cell = &self.cells[index];
         cell.inside > 0.5 && f64::from(cell.normal[2]) >= least_cosine
     }
+}
+
+/// What a chart's cells hold, blurred: normal times presence, and presence.
+#[derive(Debug, Clone)]
+pub(crate) struct Blurred {
+    pub(crate) grid: Grid,
+    /// As the chart's.
+    pub(crate) slide: Vector2<f64>,
+    values: Vec<[f32; 4]>,
+}
+
+impl Blurred {
+    /// Nothing outside.
+    pub(crate) fn interpolated(&self, x: f64, y: f64) -> [f32; 4] {
+        interpolated(&self.grid, [x, y], |index| self.values[index])
+    }
+}
+
+fn interpolated(grid: &Grid, at: [f64; 2], value: impl Fn(usize) -> [f32; 4]) -> [f32; 4] {
+    let [column, row] = grid.cell(at[0], at[1]);
+    let side = grid.side();
+    let last = (side - 1) as f64;
+    if !(0.0..last).contains(&column) || !(0.0..last).contains(&row) {
+        return [0.0; 4];
+    }
+    let (left, top) = (column as usize, row as usize);
+    let (fx, fy) = ((column - left as f64) as f32, (row - top as f64) as f32);
+    let mut sum = [0.0; 4];
+    for (offset, weight) in [
+        (0, (1.0 - fx) * (1.0 - fy)),
+        (1, fx * (1.0 - fy)),
+        (side, (1.0 - fx) * fy),
+        (side + 1, fx * fy),
+    ] {
+        let value = value(top * side + left + offset);
+        for (sum, value) in sum.iter_mut().zip(value) {
+            *sum += weight * value;
+        }
+    }
+    sum
 }
 
 /// A surface that bends evenly over its tangent plane: height `(a x² + 2 b x y + c y²) / 2`, from slopes alone.

@@ -4,7 +4,7 @@ use geometry::nalgebra::{Point2, Vector3};
 use rayon::prelude::*;
 
 use crate::cup::Cup;
-use crate::level::Level;
+use crate::level::{Blocks, Level};
 use crate::likelihood::{Alignment, single};
 use crate::mean_shift::{fullest, mode};
 use crate::moments::{Moments, Spread, add, products};
@@ -145,10 +145,7 @@ impl Finder<'_> {
             sum += self.normal(at) * weight;
         }
         let spread = Spread::of(&sums)?;
-        let inner = own
-            .iter()
-            .map(|&(at, _)| at)
-            .min_by_key(|&at| squared_distance(at, blocks.width, spread.middle))?;
+        let inner = self.inner(&own, spread.middle)?;
         let scale = blocks.factor as f64;
         let (axes, _) = spread.ellipse();
         let inside = blocks.pixel((inner % blocks.width) as f64, (inner / blocks.width) as f64);
@@ -160,6 +157,15 @@ impl Finder<'_> {
             normal: sum.try_normalize(1e-12)?,
             object: self.level.object_at(&inside),
         })
+    }
+
+    /// Of the cells a cup's radius from where the region ends, or else farthest from it, the one nearest to its middle.
+    fn inner(&self, region: &[(usize, f32)], middle: [f64; 2]) -> Option<usize> {
+        let depths = peeled(region, &self.level.blocks);
+        let deepest = depths.iter().map(|&(depth, _)| depth).max()?;
+        let enough = deepest.min((self.least_half / FIRST_WINDOW).ceil() as usize);
+        let deep = depths.iter().filter(|&&(depth, _)| depth >= enough).map(|&(_, at)| at);
+        deep.min_by_key(|&at| squared_distance(at, self.level.blocks.width, middle))
     }
 
     fn normal(&self, cell: usize) -> Vector3<f64> {
@@ -179,20 +185,58 @@ fn squared_distance(at: usize, width: usize, to: [f64; 2]) -> u64 {
     ((x * x + y * y) * 100.0) as u64
 }
 
+/// How many layers of cells lie between each cell of a region and where the region ends.
+fn peeled(region: &[(usize, f32)], blocks: &Blocks) -> Vec<(usize, usize)> {
+    let mut inside = vec![false; blocks.cells.len()];
+    for &(at, _) in region {
+        inside[at] = true;
+    }
+    let is_rim = |&at: &usize| {
+        neighbours(at, blocks.width, blocks.cells.len()).any(|next| next.is_none_or(|next| !inside[next]))
+    };
+    let mut layer: Vec<usize> = region.iter().map(|&(at, _)| at).filter(is_rim).collect();
+    let mut found = Vec::with_capacity(region.len());
+    let mut depth = 0;
+    while !layer.is_empty() {
+        for &at in &layer {
+            inside[at] = false;
+        }
+        found.extend(layer.iter().map(|&at| (depth, at)));
+        depth += 1;
+        let mut next = Vec::new();
+        for neighbour in layer
+            .iter()
+            .flat_map(|&at| neighbours(at, blocks.width, blocks.cells.len()))
+            .flatten()
+        {
+            if std::mem::take(&mut inside[neighbour]) {
+                next.push(neighbour);
+            }
+        }
+        layer = next;
+    }
+    found
+}
+
+/// The four cells beside one; none beyond the border.
+fn neighbours(at: usize, width: usize, count: usize) -> impl Iterator<Item = Option<usize>> {
+    let column = at % width;
+    [
+        (column > 0).then(|| at - 1),
+        (column + 1 < width).then(|| at + 1),
+        at.checked_sub(width),
+        Some(at + width).filter(|&below| below < count),
+    ]
+    .into_iter()
+}
+
 /// Takes the cells of some weight that hang together with a first one out of an image.
 fn connected(weights: &mut [f32], width: usize, first: usize) -> Vec<(usize, f32)> {
     let mut found = vec![(first, std::mem::take(&mut weights[first]))];
     let mut next = 0;
     while let Some(&(at, _)) = found.get(next) {
         next += 1;
-        let column = at % width;
-        let neighbours = [
-            (column > 0).then(|| at - 1),
-            (column + 1 < width).then(|| at + 1),
-            at.checked_sub(width),
-            Some(at + width).filter(|&below| below < weights.len()),
-        ];
-        for neighbour in neighbours.into_iter().flatten() {
+        for neighbour in neighbours(at, width, weights.len()).flatten() {
             if weights[neighbour] > 0.0 {
                 found.push((neighbour, std::mem::take(&mut weights[neighbour])));
             }
@@ -202,7 +246,7 @@ fn connected(weights: &mut [f32], width: usize, first: usize) -> Vec<(usize, f32
 }
 
 fn same(a: &Patch, b: &Patch, radius: f64) -> bool {
-    let reach = (0.5 * radius).max(0.3 * a.axes[1]);
+    let reach = (0.5 * radius).max(0.3 * a.axes[1].min(b.axes[1]));
     // A ring and what it encloses have one middle, but no pixel in common.
     let near = (a.middle - b.middle).norm() < reach && (a.inside - b.inside).norm() < reach;
     near && a.normal.dot(&b.normal) > SAME_ANGLE.cos()

@@ -92,13 +92,14 @@ impl Surface {
     /// A coarse sweep and a fine one about its best height.
     fn swept(&self, range: f64) -> Option<Offset> {
         let [a, b] = self.charts.as_slice() else { return None };
+        let (a, b) = (a.blurred(), b.blurred());
         let coarse = Sweep {
             middle: 0.0,
             range,
             ..COARSE
         };
-        let middle = best_offset(a, b, &self.bend, &coarse)?.height;
-        best_offset(a, b, &self.bend, &Sweep { middle, ..FINE })
+        let middle = best_offset(&a, &b, &self.bend, &coarse)?.height;
+        best_offset(&a, &b, &self.bend, &Sweep { middle, ..FINE })
     }
 
     /// A patch of one view at a known depth.
