@@ -134,23 +134,26 @@ impl Chart {
         let mut open: Vec<bool> = (0..self.cells.len())
             .map(|index| self.is_open(index, least_cosine))
             .collect();
+        let mut on_edge = vec![false; self.cells.len()];
         for edge in &self.edges {
-            open[self.nearest(edge.x, edge.y)] = false;
+            on_edge[self.nearest(edge.x, edge.y)] = true;
         }
         let mut cells = vec![ChartCell::default(); self.cells.len()];
         let [x, y] = self.place_of(view, pixel).unwrap_or([0.0; 2]);
         let first = self.nearest(x, y);
         let apart =
             |index: usize| (index % side).abs_diff(first % side).pow(2) + (index / side).abs_diff(first / side).pow(2);
-        let first = (0..open.len())
-            .filter(|&index| open[index])
-            .min_by_key(|&index| apart(index));
-        let mut left: Vec<usize> = first.into_iter().collect();
+        let free = (0..open.len()).filter(|&index| open[index] && !on_edge[index]);
+        let mut left: Vec<usize> = free.min_by_key(|&index| apart(index)).into_iter().collect();
         while let Some(at) = left.pop() {
             if !std::mem::take(&mut open[at]) {
                 continue;
             }
             cells[at] = self.cells[at];
+            if on_edge[at] {
+                // The patch ends in this cell, and part of the cell is its own.
+                continue;
+            }
             let column = at % side;
             left.extend((column > 0).then(|| at - 1));
             left.extend((column + 1 < side).then(|| at + 1));
