@@ -21,6 +21,7 @@ mod refusal;
 mod result;
 mod stem;
 mod surface;
+mod thin;
 mod triangulate;
 mod view;
 
@@ -30,4 +31,5 @@ pub use options::{Limits, MatchOptions, PlanOptions, SearchOptions, Weights};
 pub use plan::plan;
 pub use refusal::{Failure, Refused, Test};
 pub use result::{Grasp, Measured, Plan, Scores, Source};
+pub use thin::plan_thin;
 pub use view::ViewInput;

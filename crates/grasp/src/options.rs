@@ -59,6 +59,8 @@ pub struct Limits {
     pub uncertainty: f64,
     /// Cosine between normal and line of sight below which a view says nothing, 0.05 to 0.9.
     pub facing: f64,
+    /// Least share of a thin object's outline on which edges must be, 0 to 1.
+    pub outline: f64,
     /// The stem goes free of what rises this far over the contact, metres; 0.001 to 0.05.
     pub stem_margin: f64,
 }
@@ -144,6 +146,7 @@ impl Default for Limits {
             clearance: 0.0005,
             uncertainty: 0.003,
             facing: 0.25,
+            outline: 0.7,
             stem_margin: 0.004,
         }
     }
@@ -230,6 +233,7 @@ impl Limits {
         within("clearance", self.clearance, -0.01..=0.1, "-0.01 to 0.1 m")?;
         within("uncertainty", self.uncertainty, 1e-4..=0.05, "0.0001 to 0.05 m")?;
         within("facing", self.facing, 0.05..=0.9, "0.05 to 0.9")?;
+        within("outline", self.outline, 0.0..=1.0, "0 to 1")?;
         within("stem_margin", self.stem_margin, 0.001..=0.05, "0.001 to 0.05 m")
     }
 }

@@ -37,7 +37,9 @@ pub enum Test {
     Depth,
     /// Share of a thin object's outline on which edges were found.
     Outline,
-    /// Outlines that two views agree on.
+    /// Outlines in the view that could be a thin object's.
+    Outlines,
+    /// Views that show an outline.
     OutlinePair,
 }
 
@@ -121,7 +123,8 @@ impl fmt::Display for Failure {
             ),
             Test::Depth => write!(f, "one view shows it, {value:.0} depths there, needed {allowed:.0}"),
             Test::Outline => write!(f, "edges on {percent:.0} % of the outline, needed {most_percent:.0} %"),
-            Test::OutlinePair => write!(f, "{value:.0} outlines that both views agree on, needed {allowed:.0}"),
+            Test::Outlines => write!(f, "{value:.0} outlines of a thin object, needed {allowed:.0}"),
+            Test::OutlinePair => write!(f, "outline in {value:.0} view, needed in {allowed:.0}"),
         }
     }
 }
