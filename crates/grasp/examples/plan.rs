@@ -1,7 +1,8 @@
 //! Plans grasps on captures with truth: `cargo run --release -p grasp --example plan -- SCENE_DIR OUT_DIR`.
 //!
 //! Writes what each view shows with the grasps in green (footprint, normal and rank) and what was refused in red, and
-//! tells how far contacts and normals are from the truth. SCENE_DIR may hold several scenes.
+//! tells how far contacts and normals are from the truth: for solid objects, and once more for thin ones by their
+//! outlines. SCENE_DIR may hold several scenes; the cup's diameter in millimetres can follow.
 
 mod common;
 
@@ -12,7 +13,7 @@ use std::time::Instant;
 use common::overlay::Overlay;
 use common::{Solved, inputs, lights, solve_scene};
 use geometry::nalgebra::{Point2, Point3, Vector3};
-use grasp::{Cup, Grasp, Plan, PlanOptions, Source, plan};
+use grasp::{Cup, Grasp, GraspError, Plan, PlanOptions, Source, ViewInput, plan, plan_thin};
 use imaging::{encode_png, gray_picture, gray_to_rgb};
 
 const GRASP: [u8; 3] = [60, 255, 60];
@@ -27,57 +28,55 @@ struct Errors {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let [scenes, out] = <[String; 2]>::try_from(std::env::args().skip(1).collect::<Vec<_>>())
-        .map_err(|_| "usage: plan SCENE_DIR OUT_DIR")?;
-    std::fs::create_dir_all(&out)?;
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let (scenes, out, cup) = match arguments.as_slice() {
+        [scenes, out] => (scenes, out, Cup::default()),
+        [scenes, out, diameter] => (scenes, out, cup_of(1e-3 * diameter.parse::<f64>()?)),
+        _ => return Err("usage: plan SCENE_DIR OUT_DIR [CUP_MM]".into()),
+    };
+    std::fs::create_dir_all(out)?;
     let rig = lights()?;
-    let (mut both, mut one) = (Errors::default(), Errors::default());
-    for folder in rig_scenes::find_scenes(Path::new(&scenes))? {
+    let mut errors = [Errors::default(), Errors::default(), Errors::default()];
+    for folder in rig_scenes::find_scenes(Path::new(scenes))? {
         let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let mut solved = solve_scene(&folder, &rig)?;
-        if std::env::var("TRUTH").is_ok() {
-            for s in &mut solved {
-                let t = s.captured.truth.clone().unwrap();
-                let labels = std::fs::read(folder.join(&s.captured.camera).join("labels.png"))?;
-                let imaging::DecodedPng::Gray8(l) = imaging::decode_png(&labels)? else {
-                    panic!()
-                };
-                let m = imaging::Mask::from_nonzero(&l);
-                s.solution.normals.normals = t.normals;
-                m.fill_outside(&mut s.solution.normals.normals, [f32::NAN; 3])?;
-                s.solution.normals.confidence = m.as_image().map(|&x| if x > 0 { 0.9 } else { 0.0 });
-                s.solution.depth.depth = t.depth;
-                s.solution.normals.mask = m;
+        let solved = solve_scene(&folder, &rig)?;
+        for (mode, plan) in [("solid", plan as Planner), ("thin", plan_thin)] {
+            let started = Instant::now();
+            let found = plan(&inputs(&solved), &cup, &PlanOptions::default())?;
+            let milliseconds = 1e3 * started.elapsed().as_secs_f64();
+            println!("{name}, {mode}: {} grasps in {milliseconds:.0} ms", found.grasps.len());
+            for (rank, grasp) in found.grasps.iter().enumerate() {
+                tell(rank, grasp, &solved, &mut errors[kind(grasp)]);
             }
+            for refused in &found.refused {
+                println!("   refused: {refused}");
+            }
+            draw(&found, &solved, &cup, &format!("{out}/{name}_{mode}"))?;
         }
-        let cup = Cup::default();
-        let started = Instant::now();
-        let found = plan(&inputs(&solved), &cup, &PlanOptions::default())?;
-        println!(
-            "{name}: {} grasps in {:.0} ms",
-            found.grasps.len(),
-            1e3 * started.elapsed().as_secs_f64()
-        );
-        for (rank, grasp) in found.grasps.iter().enumerate() {
-            tell(
-                rank,
-                grasp,
-                &solved,
-                if is_triangulated(grasp) { &mut both } else { &mut one },
-            );
-        }
-        for refused in &found.refused {
-            println!("   refused: {refused}");
-        }
-        draw(&found, &solved, &cup, &format!("{out}/{name}"))?;
     }
-    println!("both views: {}", both.summary());
-    println!("one view:   {}", one.summary());
+    for (what, errors) in ["both views", "one view", "outlines"].into_iter().zip(errors) {
+        println!("{what}: {}", errors.summary());
+    }
     Ok(())
 }
 
-fn is_triangulated(grasp: &Grasp) -> bool {
-    matches!(grasp.source, Source::BothViews { .. })
+type Planner = fn(&[ViewInput<'_>], &Cup, &PlanOptions) -> Result<Plan, GraspError>;
+
+fn cup_of(diameter: f64) -> Cup {
+    let usual = Cup::default();
+    Cup {
+        diameter,
+        compliance: usual.compliance.min(diameter / 2.0),
+        ..usual
+    }
+}
+
+fn kind(grasp: &Grasp) -> usize {
+    match grasp.source {
+        Source::BothViews { .. } => 0,
+        Source::OneView { .. } => 1,
+        Source::Outline { .. } => 2,
+    }
 }
 
 fn tell(rank: usize, grasp: &Grasp, solved: &[Solved], errors: &mut Errors) {
@@ -164,7 +163,8 @@ fn draw(plan: &Plan, solved: &[Solved], cup: &Cup, path: &str) -> Result<(), Box
     for solved in solved {
         let captured = &solved.captured;
         let image = captured.stack.light(7).ok_or("no image of the overhead light")?;
-        let gray = gray_to_rgb(&gray_picture(image, 0.0, 65_535.0)?);
+        let brightest = image.pixels().iter().copied().max().unwrap_or(u16::MAX);
+        let gray = gray_to_rgb(&gray_picture(image, 0.0, 1.5 * f32::from(brightest))?);
         let mut overlay = Overlay::new(gray, captured.view.camera, &captured.view.base_from_camera);
         for refused in &plan.refused {
             if let (Some(contact), Some(normal)) = (&refused.contact, &refused.normal) {
@@ -172,7 +172,7 @@ fn draw(plan: &Plan, solved: &[Solved], cup: &Cup, path: &str) -> Result<(), Box
             }
         }
         for (rank, grasp) in plan.grasps.iter().enumerate().rev() {
-            let colour = if is_triangulated(grasp) { GRASP } else { ONE_VIEW };
+            let colour = if kind(grasp) == 1 { ONE_VIEW } else { GRASP };
             overlay.cup(&grasp.contact, &grasp.normal, cup.radius(), colour);
             overlay.number(&grasp.contact, rank, colour);
         }
