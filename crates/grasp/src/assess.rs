@@ -75,7 +75,7 @@ impl Bench<'_> {
             half: HALF,
         };
         let tangent = Tangent::new(place.point, place.normal);
-        let measure = |&view: &usize| Footprint::measure(&Chart::new(&self.views[view], tangent, grid), &circle);
+        let measure = |&view: &usize| Footprint::measure(&Chart::new(&self.views[view], tangent, grid, None), &circle);
         let footprints: Vec<Footprint> = surface.views.iter().map(measure).collect();
         let mean: Vector3<f64> = footprints.iter().map(|footprint| footprint.normal).sum();
         place.normal = mean.try_normalize(1e-9).unwrap_or(place.normal);

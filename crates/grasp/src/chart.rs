@@ -1,8 +1,9 @@
 //! A view's measurements laid out on a tangent plane, in metres: there a cup's footprint is a circle in every view.
 
-use geometry::nalgebra::{Matrix5, Point2, Point3, Vector2, Vector3, Vector5};
+use geometry::nalgebra::{Matrix5, Point3, Vector2, Vector3, Vector5};
 
 use crate::directions::across;
+use crate::region::Region;
 use crate::view::View;
 
 /// A plane with axes.
@@ -96,7 +97,8 @@ pub(crate) struct Chart {
 }
 
 impl Chart {
-    pub(crate) fn new(view: &View<'_>, tangent: Tangent, grid: Grid) -> Self {
+    /// All that a view shows there, or only a patch.
+    pub(crate) fn new(view: &View<'_>, tangent: Tangent, grid: Grid, only: Option<&Region>) -> Self {
         let sight = tangent.origin - view.centre;
         let along = sight.dot(&tangent.normal);
         let slide = -Vector2::new(sight.dot(&tangent.u), sight.dot(&tangent.v)) / along;
@@ -105,7 +107,7 @@ impl Chart {
             let ([au, av], [bu, bv]) = (across(&a), across(&b));
             (au * bv - av * bu).abs()
         });
-        let cells = cells(view, &tangent, grid);
+        let cells = cells(view, &tangent, grid, only);
         Self {
             tangent,
             grid,
@@ -126,41 +128,6 @@ impl Chart {
             } = self.cells[index];
             [u, v, n, inside]
         })
-    }
-
-    /// Only the patch that hangs together with a pixel's place: it ends at edges, folds and where the object ends.
-    pub(crate) fn patch_at(&self, view: &View<'_>, pixel: &Point2<f64>, least_cosine: f64) -> Self {
-        let side = self.grid.side();
-        let mut open: Vec<bool> = (0..self.cells.len())
-            .map(|index| self.is_open(index, least_cosine))
-            .collect();
-        let mut on_edge = vec![false; self.cells.len()];
-        for edge in &self.edges {
-            on_edge[self.nearest(edge.x, edge.y)] = true;
-        }
-        let mut cells = vec![ChartCell::default(); self.cells.len()];
-        let [x, y] = self.place_of(view, pixel).unwrap_or([0.0; 2]);
-        let first = self.nearest(x, y);
-        let apart =
-            |index: usize| (index % side).abs_diff(first % side).pow(2) + (index / side).abs_diff(first / side).pow(2);
-        let free = (0..open.len()).filter(|&index| open[index] && !on_edge[index]);
-        let mut left: Vec<usize> = free.min_by_key(|&index| apart(index)).into_iter().collect();
-        while let Some(at) = left.pop() {
-            if !std::mem::take(&mut open[at]) {
-                continue;
-            }
-            cells[at] = self.cells[at];
-            if on_edge[at] {
-                // The patch ends in this cell, and part of the cell is its own.
-                continue;
-            }
-            let column = at % side;
-            left.extend((column > 0).then(|| at - 1));
-            left.extend((column + 1 < side).then(|| at + 1));
-            left.extend(at.checked_sub(side));
-            left.extend(Some(at + side).filter(|&below| below < open.len()));
-        }
-        Self { cells, ..self.clone() }
     }
 
     /// Normals and presence of each cell, blurred by the binomial filter 1 4 6 4 1 in both directions: interpolated between
@@ -196,24 +163,6 @@ impl Chart {
             slide: self.slide,
             values,
         }
-    }
-
-    /// Where a pixel's ray meets the plane, metres.
-    fn place_of(&self, view: &View<'_>, pixel: &Point2<f64>) -> Option<[f64; 2]> {
-        let tangent = &self.tangent;
-        let ray = view.ray(pixel)?;
-        let distance = (tangent.origin - ray.origin).dot(&tangent.normal) / ray.direction.dot(&tangent.normal);
-        let from = ray.at(distance) - tangent.origin;
-        distance
-            .is_finite()
-            .then(|| [from.dot(&tangent.u), from.dot(&tangent.v)])
-    }
-
-    /// The cell nearest to a position.
-    fn nearest(&self, x: f64, y: f64) -> usize {
-        let last = 2.0 * self.grid.half as f64;
-        let [column, row] = self.grid.cell(x, y).map(|at| at.round().clamp(0.0, last) as usize);
-        row * self.grid.side() + column
     }
 
     /// On the object with a normal within an angle of the plane's.
@@ -312,7 +261,7 @@ impl Bend {
     }
 }
 
-fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid) -> Vec<ChartCell> {
+fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<&Region>) -> Vec<ChartCell> {
     let (rotation, shift) = view.camera_from_base();
     let middle = rotation * tangent.origin.coords + shift;
     let axes = [&tangent.u, &tangent.v, &tangent.normal];
@@ -321,10 +270,14 @@ fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid) -> Vec<ChartCell> {
     let read = |index: usize| {
         let [x, y] = grid.position(index);
         let pixel = view.input.camera.project(&Point3::from(middle + u * x + v * y))?;
-        let cell = view
-            .fine
-            .at(pixel.x, pixel.y)
-            .filter(|cell| cell.inside > 0.5 && cell.confidence > 0.0)?;
+        let (column, row) = view.fine.holding(&pixel)?;
+        if only.is_some_and(|region| !region.contains(column, row)) {
+            return None;
+        }
+        let cell = &view.fine.cells[row * view.fine.width + column];
+        if cell.inside <= 0.5 || cell.confidence <= 0.0 {
+            return None;
+        }
         let normal = Vector3::from(cell.normal);
         Some(ChartCell {
             normal: single.map(|axis| normal.dot(&axis)),

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::cup::Cup;
 use crate::options::PlanOptions;
 use crate::patch::Patch;
-use crate::surface::{Guess, Surface};
+use crate::surface::{Guess, Shown, Surface};
 use crate::triangulate::triangulate;
 use crate::view::View;
 
@@ -27,7 +27,7 @@ const BELOW_TABLE: f64 = 0.01;
 pub(crate) struct Correspondences {
     pub(crate) pairs: Vec<Surface>,
     /// View and patch.
-    pub(crate) single: Vec<(usize, Patch)>,
+    pub(crate) single: Vec<(usize, Shown)>,
 }
 
 /// Pairs each patch with at most one of the other view, the best first.
@@ -45,10 +45,11 @@ pub(crate) fn correspond(
         own.sort_by(|a, b| a.2.total_cmp(&b.2));
         possible.extend(own.into_iter().take(COMPARED));
     }
-    let compared = possible.into_par_iter().map(|(i, j, cost, guess)| {
-        let surface = Surface::of_pair(views, [patches[0][i], patches[1][j]], &guess, cup, fold);
+    let mut shown = [0, 1].map(|view: usize| all_shown(&views[view], patches[view], fold));
+    let compared = possible.into_par_iter().filter_map(|(i, j, cost, guess)| {
+        let surface = Surface::of_pair(views, [&shown[0][i], &shown[1][j]], &guess, cup, fold)?;
         let mismatch = surface.offset.map_or(1.0, |offset| offset.mismatch);
-        (i, j, cost + mismatch / options.matching.mismatch, surface)
+        Some((i, j, cost + mismatch / options.matching.mismatch, surface))
     });
     let mut compared: Vec<_> = compared.collect();
     compared.sort_by(|a, b| a.2.total_cmp(&b.2));
@@ -61,12 +62,17 @@ pub(crate) fn correspond(
             pairs.push(surface);
         }
     }
-    let left = |view: usize| {
-        let free = patches[view].iter().zip(&taken[view]).filter(|(_, taken)| !**taken);
-        free.map(move |(patch, _)| (view, *patch))
-    };
-    let single = (0..2).flat_map(left).collect();
+    let mut single = Vec::new();
+    for view in 0..2 {
+        let left = std::mem::take(&mut shown[view]).into_iter().zip(&taken[view]);
+        single.extend(left.filter(|(_, taken)| !**taken).map(|(shown, _)| (view, shown)));
+    }
     Correspondences { pairs, single }
+}
+
+/// Patches with the pixels that are their own, in their order.
+pub(crate) fn all_shown(view: &View<'_>, patches: &[Patch], fold: f64) -> Vec<Shown> {
+    patches.par_iter().map(|patch| Shown::new(view, *patch, fold)).collect()
 }
 
 /// Cost of taking two patches for one, and where that one would be; none where something speaks against it.

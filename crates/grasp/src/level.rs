@@ -93,11 +93,23 @@ impl Blocks {
         [at(pixel.x, self.corner[0]), at(pixel.y, self.corner[1])]
     }
 
-    /// The block that holds a pixel; none outside of all.
-    pub(crate) fn at(&self, x: f64, y: f64) -> Option<&Cell> {
-        let [x, y] = self.cell(&Point2::new(x, y)).map(|position| position + 0.5);
+    /// Column and row of the block that holds a pixel; none outside of all.
+    pub(crate) fn holding(&self, pixel: &Point2<f64>) -> Option<(usize, usize)> {
+        let [x, y] = self.cell(pixel).map(|position| position + 0.5);
         let within = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
-        within.then(|| &self.cells[y as usize * self.width + x as usize])
+        within.then_some((x as usize, y as usize))
+    }
+
+    /// The four cells beside one; none beyond the border.
+    pub(crate) fn neighbours(&self, at: usize) -> impl Iterator<Item = Option<usize>> + use<> {
+        let column = at % self.width;
+        [
+            (column > 0).then(|| at - 1),
+            (column + 1 < self.width).then(|| at + 1),
+            at.checked_sub(self.width),
+            Some(at + self.width).filter(|&below| below < self.cells.len()),
+        ]
+        .into_iter()
     }
 }
 
@@ -157,13 +169,7 @@ impl Level {
             let (x, y) = (at % self.blocks.width, at / self.blocks.width);
             sum = [sum[0] + x as f64, sum[1] + y as f64];
             count += 1;
-            let neighbours = [
-                (x > 0).then(|| at - 1),
-                (x + 1 < self.blocks.width).then(|| at + 1),
-                (y > 0).then(|| at - self.blocks.width),
-                (y + 1 < self.blocks.height).then(|| at + self.blocks.width),
-            ];
-            for next in neighbours.into_iter().flatten() {
+            for next in self.blocks.neighbours(at).flatten() {
                 if self.objects[next] == 0 && self.blocks.cells[next].inside > 0.5 {
                     self.objects[next] = object;
                     open.push(next);

@@ -18,6 +18,7 @@ mod patch;
 mod plan;
 mod rank;
 mod refusal;
+mod region;
 mod result;
 mod stem;
 mod surface;

@@ -111,7 +111,7 @@ impl Finder<'_> {
             let Some(first) = nearest_cell(&weights, self.level.blocks.width, mode.middle) else {
                 break;
             };
-            let region = connected(&mut weights, self.level.blocks.width, first);
+            let region = connected(&mut weights, &self.level.blocks, first);
             let taken: f64 = region.iter().map(|&(_, weight)| f64::from(weight)).sum();
             left -= taken;
             if taken >= self.least_mass {
@@ -134,7 +134,7 @@ impl Finder<'_> {
             .map(|&(at, _)| (self.alignment.of_cell(&blocks.cells[at], &axis), at))
             .max_by(|a, b| a.0.total_cmp(&b.0))?;
         let mut weights = self.alignment.image(blocks, &normal.normalize());
-        let own = connected(&mut weights, blocks.width, first);
+        let own = connected(&mut weights, blocks, first);
         let (mut sums, mut sum) = ([0.0; 6], Vector3::zeros());
         for &(at, weight) in &own {
             let weight = f64::from(weight);
@@ -191,9 +191,7 @@ fn peeled(region: &[(usize, f32)], blocks: &Blocks) -> Vec<(usize, usize)> {
     for &(at, _) in region {
         inside[at] = true;
     }
-    let is_rim = |&at: &usize| {
-        neighbours(at, blocks.width, blocks.cells.len()).any(|next| next.is_none_or(|next| !inside[next]))
-    };
+    let is_rim = |&at: &usize| blocks.neighbours(at).any(|next| next.is_none_or(|next| !inside[next]));
     let mut layer: Vec<usize> = region.iter().map(|&(at, _)| at).filter(is_rim).collect();
     let mut found = Vec::with_capacity(region.len());
     let mut depth = 0;
@@ -204,11 +202,7 @@ fn peeled(region: &[(usize, f32)], blocks: &Blocks) -> Vec<(usize, usize)> {
         found.extend(layer.iter().map(|&at| (depth, at)));
         depth += 1;
         let mut next = Vec::new();
-        for neighbour in layer
-            .iter()
-            .flat_map(|&at| neighbours(at, blocks.width, blocks.cells.len()))
-            .flatten()
-        {
+        for neighbour in layer.iter().flat_map(|&at| blocks.neighbours(at)).flatten() {
             if std::mem::take(&mut inside[neighbour]) {
                 next.push(neighbour);
             }
@@ -218,25 +212,13 @@ fn peeled(region: &[(usize, f32)], blocks: &Blocks) -> Vec<(usize, usize)> {
     found
 }
 
-/// The four cells beside one; none beyond the border.
-fn neighbours(at: usize, width: usize, count: usize) -> impl Iterator<Item = Option<usize>> {
-    let column = at % width;
-    [
-        (column > 0).then(|| at - 1),
-        (column + 1 < width).then(|| at + 1),
-        at.checked_sub(width),
-        Some(at + width).filter(|&below| below < count),
-    ]
-    .into_iter()
-}
-
 /// Takes the cells of some weight that hang together with a first one out of an image.
-fn connected(weights: &mut [f32], width: usize, first: usize) -> Vec<(usize, f32)> {
+fn connected(weights: &mut [f32], blocks: &Blocks, first: usize) -> Vec<(usize, f32)> {
     let mut found = vec![(first, std::mem::take(&mut weights[first]))];
     let mut next = 0;
     while let Some(&(at, _)) = found.get(next) {
         next += 1;
-        for neighbour in neighbours(at, width, weights.len()).flatten() {
+        for neighbour in blocks.neighbours(at).flatten() {
             if weights[neighbour] > 0.0 {
                 found.push((neighbour, std::mem::take(&mut weights[neighbour])));
             }

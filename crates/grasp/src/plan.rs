@@ -4,17 +4,17 @@ use geometry::nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::assess::Bench;
-use crate::correspondence::{Correspondences, correspond};
+use crate::correspondence::{Correspondences, all_shown, correspond};
 use crate::cup::Cup;
 use crate::directions::orientations;
 use crate::error::GraspError;
 use crate::options::PlanOptions;
-use crate::patch::{Found, Patch, find_patches, least_share};
+use crate::patch::{Found, find_patches, least_share};
 use crate::rank::ranked;
 use crate::refusal::{Failure, Refused, Test};
 use crate::result::Plan;
 use crate::stem::SurfacePoints;
-use crate::surface::Surface;
+use crate::surface::{Shown, Surface};
 use crate::view::{View, ViewInput};
 
 /// Pixels around a patch's middle in which its depth is taken.
@@ -41,8 +41,8 @@ pub fn plan(inputs: &[ViewInput<'_>], cup: &Cup, options: &PlanOptions) -> Resul
     }
     let Correspondences { pairs, single } = matched(&views, &found, cup, options);
     let mut surfaces = pairs;
-    for (view, patch) in single {
-        match by_depth(&views, view, &patch, cup, options) {
+    for (view, shown) in single {
+        match by_depth(&views, view, &shown, cup, options) {
             Ok(surface) => surfaces.push(surface),
             Err(refusal) => refused.push(refusal),
         }
@@ -113,35 +113,36 @@ fn nothing_there(view: &View<'_>, number: usize, found: &Found, cup: &Cup, optio
 }
 
 fn matched(views: &[View<'_>], found: &[Found], cup: &Cup, options: &PlanOptions) -> Correspondences {
-    match found {
-        [a, b] => correspond(views, [&a.patches, &b.patches], cup, options),
-        _ => Correspondences {
-            pairs: Vec::new(),
-            single: found
-                .iter()
-                .flat_map(|found| &found.patches)
-                .map(|patch| (0, *patch))
-                .collect(),
-        },
+    if let [a, b] = found {
+        return correspond(views, [&a.patches, &b.patches], cup, options);
+    }
+    let fold = options.search.fold.cos();
+    let shown = views
+        .iter()
+        .zip(found)
+        .flat_map(|(view, found)| all_shown(view, &found.patches, fold));
+    Correspondences {
+        pairs: Vec::new(),
+        single: shown.map(|shown| (0, shown)).collect(),
     }
 }
 
 fn by_depth(
     views: &[View<'_>],
     view: usize,
-    patch: &Patch,
+    shown: &Shown,
     cup: &Cup,
     options: &PlanOptions,
 ) -> Result<Surface, Refused> {
-    let depth = views[view].depth_near(&patch.inside, DEPTH_REACH);
+    let depth = views[view].depth_near(&shown.patch.inside, DEPTH_REACH);
     let fold = options.search.fold.cos();
     depth
-        .and_then(|depth| Surface::of_view(views, view, *patch, depth, cup, fold))
+        .and_then(|depth| Surface::of_view(views, view, shown, depth, cup, fold))
         .ok_or_else(|| Refused {
             views: vec![view],
-            pixel: Some(patch.middle),
+            pixel: Some(shown.patch.middle),
             contact: None,
-            normal: Some(patch.normal),
+            normal: Some(shown.patch.normal),
             failures: vec![Failure {
                 test: Test::Depth,
                 value: 0.0,

@@ -7,6 +7,7 @@ use crate::chart::{Bend, Chart, Grid, Tangent};
 use crate::cup::Cup;
 use crate::distance::squared_distances;
 use crate::patch::Patch;
+use crate::region::Region;
 use crate::view::View;
 
 /// Cells from the middle of a patch's chart to its border.
@@ -28,8 +29,6 @@ const FINE: Sweep = Sweep {
 };
 /// Charts this near to the surface need not be made anew, metres.
 const NEAR: f64 = 0.0025;
-/// Times a pair's charts are made.
-const BUILDS: usize = 2;
 /// Clearances beyond this many radii make no place better.
 const ENOUGH: f64 = 1.5;
 
@@ -48,6 +47,20 @@ pub(crate) struct Surface {
     pub(crate) epipolar_px: f64,
     /// Square metres.
     pub(crate) area: f64,
+}
+
+/// A patch with the pixels that are its own.
+#[derive(Debug)]
+pub(crate) struct Shown {
+    pub(crate) patch: Patch,
+    pub(crate) region: Region,
+}
+
+impl Shown {
+    pub(crate) fn new(view: &View<'_>, patch: Patch, fold: f64) -> Self {
+        let region = Region::grow(&view.fine, &patch, fold);
+        Self { patch, region }
+    }
 }
 
 /// A place on a surface.
@@ -69,24 +82,21 @@ pub(crate) struct Guess {
 
 impl Surface {
     /// A patch of two views: charts about a guess are swept; when they are far from what is found, so are charts there.
-    pub(crate) fn of_pair(views: &[View<'_>], patches: [Patch; 2], guess: &Guess, cup: &Cup, fold: f64) -> Self {
+    /// None where no height within the range is best.
+    pub(crate) fn of_pair(views: &[View<'_>], shown: [&Shown; 2], guess: &Guess, cup: &Cup, fold: f64) -> Option<Self> {
+        let patches = shown.map(|shown| shown.patch);
         let grid = grid(&[&views[0], &views[1]], &patches, &guess.point, cup);
-        let mut tangent = Tangent::new(guess.point, guess.normal);
-        let mut range = guess.range;
-        let mut surface = Self::on(views, vec![0, 1], patches.to_vec(), tangent, grid, fold);
-        for _ in 0..BUILDS {
-            surface.offset = surface.swept(range);
-            let Some(offset) = surface.offset else { break };
-            tangent = tangent.moved(offset.height);
-            surface.tangent = tangent;
-            if offset.height.abs() < NEAR {
-                break;
-            }
-            surface = Self::on(views, vec![0, 1], patches.to_vec(), tangent, grid, fold);
-            range = NEAR;
+        let at = |tangent: Tangent| Self::on(views, &[(0, shown[0]), (1, shown[1])], tangent, grid, fold);
+        let mut surface = at(Tangent::new(guess.point, guess.normal));
+        let mut offset = surface.swept(guess.range)?;
+        if offset.height.abs() > NEAR {
+            surface = at(surface.tangent.moved(offset.height));
+            offset = surface.swept(NEAR)?;
         }
+        surface.tangent = surface.tangent.moved(offset.height);
+        surface.offset = Some(offset);
         surface.epipolar_px = guess.epipolar_px;
-        surface
+        Some(surface)
     }
 
     /// A coarse sweep and a fine one about its best height.
@@ -106,29 +116,21 @@ impl Surface {
     pub(crate) fn of_view(
         views: &[View<'_>],
         view: usize,
-        patch: Patch,
+        shown: &Shown,
         depth: f64,
         cup: &Cup,
         fold: f64,
     ) -> Option<Self> {
-        let point = views[view].ray(&patch.inside)?.at(depth);
-        let grid = grid(&[&views[view]], &[patch], &point, cup);
-        let tangent = Tangent::new(point, patch.normal);
-        Some(Self::on(views, vec![view], vec![patch], tangent, grid, fold))
+        let point = views[view].ray(&shown.patch.inside)?.at(depth);
+        let grid = grid(&[&views[view]], &[shown.patch], &point, cup);
+        let tangent = Tangent::new(point, shown.patch.normal);
+        Some(Self::on(views, &[(view, shown)], tangent, grid, fold))
     }
 
-    fn on(
-        views: &[View<'_>],
-        numbers: Vec<usize>,
-        patches: Vec<Patch>,
-        tangent: Tangent,
-        grid: Grid,
-        fold: f64,
-    ) -> Self {
-        let chart = |(&view, patch): (&usize, &Patch)| {
-            Chart::new(&views[view], tangent, grid).patch_at(&views[view], &patch.inside, fold)
-        };
-        let charts: Vec<Chart> = numbers.iter().zip(&patches).map(chart).collect();
+    fn on(views: &[View<'_>], shown: &[(usize, &Shown)], tangent: Tangent, grid: Grid, fold: f64) -> Self {
+        let chart = |&(view, shown): &(usize, &Shown)| Chart::new(&views[view], tangent, grid, Some(&shown.region));
+        let charts: Vec<Chart> = shown.iter().map(chart).collect();
+        let patches: Vec<Patch> = shown.iter().map(|(_, shown)| shown.patch).collect();
         let bend = Bend::fit(&charts.iter().collect::<Vec<_>>(), fold, grid.reach() / BEYOND);
         let areas = charts
             .iter()
@@ -136,7 +138,7 @@ impl Surface {
             .map(|(chart, patch)| patch.mass / chart.density.max(1.0));
         let area = areas.fold(f64::INFINITY, f64::min);
         Self {
-            views: numbers,
+            views: shown.iter().map(|(view, _)| *view).collect(),
             patches,
             tangent,
             bend,

@@ -284,7 +284,7 @@ impl Thing<'_> {
             half: HALF,
         };
         let tangent = Tangent::new(self.middle, Vector3::z());
-        let measure = |&view: &usize| Footprint::measure(&Chart::new(&bench.views[view], tangent, grid), &circle);
+        let measure = |&view: &usize| Footprint::measure(&Chart::new(&bench.views[view], tangent, grid, None), &circle);
         let footprints: Vec<Footprint> = self.views.iter().map(measure).collect();
         let most = |value: fn(&Footprint) -> f64| footprints.iter().map(value).fold(0.0, f64::max);
         let least = |value: fn(&Outline) -> f64| {
