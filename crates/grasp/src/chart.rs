@@ -83,6 +83,14 @@ pub(crate) struct ChartEdge {
     pub(crate) weight: f64,
 }
 
+/// What belongs to a patch.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Part<'a> {
+    pub(crate) region: &'a Region,
+    /// Between normals and the plane's.
+    pub(crate) least_cosine: f64,
+}
+
 /// What one view says on a plane.
 #[derive(Debug, Clone)]
 pub(crate) struct Chart {
@@ -97,8 +105,9 @@ pub(crate) struct Chart {
 }
 
 impl Chart {
-    /// All that a view shows there, or only a patch.
-    pub(crate) fn new(view: &View<'_>, tangent: Tangent, grid: Grid, only: Option<&Region>) -> Self {
+    /// All that a view shows there, or only the part of a patch whose normals are within an angle of the plane's, which is
+    /// the same part in every view.
+    pub(crate) fn new(view: &View<'_>, tangent: Tangent, grid: Grid, only: Option<Part<'_>>) -> Self {
         let sight = tangent.origin - view.centre;
         let along = sight.dot(&tangent.normal);
         let slide = -Vector2::new(sight.dot(&tangent.u), sight.dot(&tangent.v)) / along;
@@ -261,7 +270,7 @@ impl Bend {
     }
 }
 
-fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<&Region>) -> Vec<ChartCell> {
+fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<Part<'_>>) -> Vec<ChartCell> {
     let (rotation, shift) = view.camera_from_base();
     let middle = rotation * tangent.origin.coords + shift;
     let axes = [&tangent.u, &tangent.v, &tangent.normal];
@@ -271,7 +280,7 @@ fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<&Region>) 
         let [x, y] = grid.position(index);
         let pixel = view.input.camera.project(&Point3::from(middle + u * x + v * y))?;
         let (column, row) = view.fine.holding(&pixel)?;
-        if only.is_some_and(|region| !region.contains(column, row)) {
+        if only.is_some_and(|part| !part.region.contains(column, row)) {
             return None;
         }
         let cell = &view.fine.cells[row * view.fine.width + column];
@@ -279,8 +288,12 @@ fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<&Region>) 
             return None;
         }
         let normal = Vector3::from(cell.normal);
+        let normal = single.map(|axis| normal.dot(&axis));
+        if only.is_some_and(|part| f64::from(normal[2]) < part.least_cosine) {
+            return None;
+        }
         Some(ChartCell {
-            normal: single.map(|axis| normal.dot(&axis)),
+            normal,
             confidence: cell.confidence,
             inside: 1.0,
         })

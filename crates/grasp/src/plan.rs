@@ -94,21 +94,20 @@ fn nothing_there(view: &View<'_>, number: usize, found: &Found, cup: &Cup, optio
     let [focal, _] = view.input.camera.focal();
     let radius = cup.radius() * focal / view.distance_to_table(options.table_height);
     let needed = (least_share() * std::f64::consts::PI * radius * radius).ceil();
-    let failure = Failure::below(Test::ObjectPixels, view.level.mask_pixels as f64, needed);
+    let limits = &options.limits;
+    // As in a footprint: pixels of edges, as wide as edges count, over the object's pixels.
+    let edges: f64 = view.edges.iter().map(|edge| f64::from(edge.weight)).sum();
+    let edge_share = edges * limits.edge_width * radius / cup.radius() / (view.level.mask_pixels as f64).max(1.0);
     let is_empty = found.patches.is_empty();
-    let facing = || {
-        is_empty.then(|| Failure {
-            test: Test::FacingSurface,
-            value: found.share,
-            allowed: least_share(),
-        })
-    };
+    let failure = Failure::below(Test::ObjectPixels, view.level.mask_pixels as f64, needed)
+        .or_else(|| Failure::above(Test::EdgeShare, edge_share, limits.edge_share).filter(|_| is_empty))
+        .or_else(|| Failure::below(Test::FacingSurface, found.share, least_share()).filter(|_| is_empty));
     Some(Refused {
         views: vec![number],
         pixel: None,
         contact: None,
         normal: None,
-        failures: vec![failure.or_else(facing)?],
+        failures: vec![failure?],
     })
 }
 

@@ -3,7 +3,7 @@
 use geometry::nalgebra::{Point3, Vector3};
 
 use crate::align::{Offset, Sweep, best_offset};
-use crate::chart::{Bend, Chart, Grid, Tangent};
+use crate::chart::{Bend, Chart, Grid, Part, Tangent};
 use crate::cup::Cup;
 use crate::distance::squared_distances;
 use crate::patch::Patch;
@@ -27,6 +27,9 @@ const FINE: Sweep = Sweep {
     step: 0.0003,
     stride: 2,
 };
+/// A view's normal of a patch may be this far off the mean of both, radians: the patch is grown by as much more, and cut
+/// about the mean.
+const OWN_NORMAL: f64 = 0.1;
 /// Charts this near to the surface need not be made anew, metres.
 const NEAR: f64 = 0.0025;
 /// Clearances beyond this many radii make no place better.
@@ -58,7 +61,7 @@ pub(crate) struct Shown {
 
 impl Shown {
     pub(crate) fn new(view: &View<'_>, patch: Patch, fold: f64) -> Self {
-        let region = Region::grow(&view.fine, &patch, fold);
+        let region = Region::grow(&view.fine, &patch, (fold.acos() + OWN_NORMAL).cos());
         Self { patch, region }
     }
 }
@@ -128,7 +131,13 @@ impl Surface {
     }
 
     fn on(views: &[View<'_>], shown: &[(usize, &Shown)], tangent: Tangent, grid: Grid, fold: f64) -> Self {
-        let chart = |&(view, shown): &(usize, &Shown)| Chart::new(&views[view], tangent, grid, Some(&shown.region));
+        let chart = |&(view, shown): &(usize, &Shown)| {
+            let part = Part {
+                region: &shown.region,
+                least_cosine: fold,
+            };
+            Chart::new(&views[view], tangent, grid, Some(part))
+        };
         let charts: Vec<Chart> = shown.iter().map(chart).collect();
         let patches: Vec<Patch> = shown.iter().map(|(_, shown)| shown.patch).collect();
         let bend = Bend::fit(&charts.iter().collect::<Vec<_>>(), fold, grid.reach() / BEYOND);

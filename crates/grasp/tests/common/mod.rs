@@ -171,7 +171,10 @@ fn view(bodies: &[Body], name: &'static str, camera: PinholeCamera, pose: RigidT
     let seen = Image::from_fn(width, height, look);
     let mask = Mask::from_nonzero(&seen.map(|(_, normal)| u8::from(normal.is_some())));
     let depth = seen.map(|(depth, normal)| if normal.is_some() { *depth as f32 } else { f32::NAN });
-    let edges = edges(&seen);
+    let edges = edges(&seen, &|x, y, depth| {
+        let ray = camera.unproject(&Point2::new(x as f64, y as f64)).unwrap();
+        pose.transform_point(&Point3::from(ray * depth))
+    });
     let mut random = fastrand::Rng::with_seed(5);
     let mut normals = Image::filled(width, height, [f32::NAN; 3]);
     for (out, (_, normal)) in normals.pixels_mut().iter_mut().zip(seen.pixels()) {
@@ -194,25 +197,32 @@ fn view(bodies: &[Body], name: &'static str, camera: PinholeCamera, pose: RigidT
     }
 }
 
-/// On the nearer side of a jump in depth.
-fn edges(seen: &Image<(f64, Option<Vector3<f64>>)>) -> Mask {
-    let depth = |x: i64, y: i64| {
+/// On the nearer side of a jump in depth, and along the rim of a level face beside which it goes down at once.
+fn edges(seen: &Image<(f64, Option<Vector3<f64>>)>, point: &impl Fn(usize, usize, f64) -> Point3<f64>) -> Mask {
+    let at = |x: i64, y: i64| {
         let at = (x >= 0 && y >= 0).then(|| seen.get(x as usize, y as usize)).flatten();
-        at.map(|(depth, _)| *depth)
+        at.map(|&(depth, normal)| (depth, normal.unwrap_or(Vector3::z())))
     };
+    let height = |x: i64, y: i64| at(x, y).map(|(depth, _)| point(x as usize, y as usize, depth).z);
+    let reach = (seen.width() / 100) as i64;
     let is_edge = |x: usize, y: usize| {
         let (x, y) = (x as i64, y as i64);
-        let own = depth(x, y).unwrap();
+        let (own, normal) = at(x, y).unwrap();
         let jump = |dx: i64, dy: i64| {
-            let (ahead, behind) = (depth(x + dx, y + dy), depth(x - dx, y - dy));
+            let (ahead, behind) = (at(x + dx, y + dy), at(x - dx, y - dy));
             // Slopes go on; jumps do not.
             ahead
                 .zip(behind)
-                .is_some_and(|(ahead, behind)| ahead - own > STEP && ahead - 2.0 * own + behind > STEP)
+                .is_some_and(|((ahead, _), (behind, _))| ahead - own > STEP && ahead - 2.0 * own + behind > STEP)
+        };
+        let rim = |dx: i64, dy: i64| {
+            let turns = at(x + dx, y + dy).is_some_and(|(_, next)| next.z < 0.9);
+            let falls = height(x + reach * dx, y + reach * dy).zip(height(x, y));
+            normal.z > 0.98 && turns && falls.is_some_and(|(there, here)| here - there > STEP)
         };
         [(1, 0), (-1, 0), (0, 1), (0, -1)]
             .into_iter()
-            .any(|(dx, dy)| jump(dx, dy))
+            .any(|(dx, dy)| jump(dx, dy) || rim(dx, dy))
     };
     Mask::from_nonzero(&Image::from_fn(seen.width(), seen.height(), |x, y| {
         u8::from(is_edge(x, y))
