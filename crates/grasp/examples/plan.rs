@@ -2,7 +2,7 @@
 //!
 //! Writes what each view shows with the grasps in green (footprint, normal and rank) and what was refused in red, and
 //! tells how far contacts and normals are from the truth: for solid objects, and once more for thin ones by their
-//! outlines. SCENE_DIR may hold several scenes; the cup's diameter in millimetres can follow.
+//! outlines. The first folder may hold several scenes; the cup's diameter in millimetres can follow.
 
 mod common;
 

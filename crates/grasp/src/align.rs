@@ -42,7 +42,7 @@ pub(crate) fn best_offset(a: &Blurred, b: &Blurred, bend: &Bend, sweep: &Sweep) 
     let best = (0..costs.len()).min_by(|&i, &j| costs[i].total_cmp(&costs[j]))?;
     let middle = costs[best];
     let (before, after) = (*costs.get(best.checked_sub(1)?)?, *costs.get(best + 1)?);
-    let bow = (before + after) / 2.0 - middle;
+    let bow = f64::midpoint(before, after) - middle;
     let shift = if bow > 0.0 { (before - after) / (4.0 * bow) } else { 0.0 };
     Some(Offset {
         height: sweep.middle + (best as f64 - steps as f64 + shift) * sweep.step,

@@ -46,19 +46,19 @@ struct Candidate<'a> {
 
 impl Bench<'_> {
     /// The best place on a surface, if it passes all tests.
-    pub(crate) fn assess(&self, surface: &Surface) -> Result<Grasp, Refused> {
+    pub(crate) fn assess(&self, surface: &Surface) -> Result<Grasp, Box<Refused>> {
         let candidate = self.candidate(surface);
         let failures: Vec<Failure> = self.failures(&candidate);
         if failures.is_empty() {
-            return Ok(self.grasp(candidate));
+            return Ok(self.grasp(&candidate));
         }
-        Err(Refused {
+        Err(Box::new(Refused {
             views: surface.views.clone(),
             pixel: self.views[surface.views[0]].project(&candidate.place.point),
             contact: Some(candidate.place.point),
             normal: Some(candidate.place.normal),
             failures,
-        })
+        }))
     }
 
     fn candidate<'a>(&self, surface: &'a Surface) -> Candidate<'a> {
@@ -136,13 +136,13 @@ impl Bench<'_> {
         tests.into_iter().flatten().collect()
     }
 
-    fn grasp(&self, candidate: Candidate<'_>) -> Grasp {
+    fn grasp(&self, candidate: &Candidate<'_>) -> Grasp {
         let scores = self.scores(&candidate.measured);
         Grasp {
             contact: candidate.place.point,
             covariance: candidate.covariance,
             normal: candidate.place.normal,
-            source: self.source(&candidate),
+            source: self.source(candidate),
             patch_radius: candidate.measured.border,
             scores,
             measured: candidate.measured,

@@ -89,6 +89,8 @@ pub(crate) struct Part<'a> {
     pub(crate) region: &'a Region,
     /// Between normals and the plane's.
     pub(crate) least_cosine: f64,
+    /// Cells are read at places that differ by view.
+    pub(crate) seed: u64,
 }
 
 /// What one view says on a plane.
@@ -102,6 +104,14 @@ pub(crate) struct Chart {
     pub(crate) density: f64,
     /// A point that stands over the plane is seen this many times its height beside its place.
     pub(crate) slide: Vector2<f64>,
+}
+
+impl ChartCell {
+    /// Normal and presence.
+    fn values(&self) -> [f32; 4] {
+        let [u, v, n] = self.normal;
+        [u, v, n, self.inside]
+    }
 }
 
 impl Chart {
@@ -129,28 +139,14 @@ impl Chart {
 
     /// Interpolated normal (times presence) and presence; nothing outside.
     pub(crate) fn interpolated(&self, x: f64, y: f64) -> [f32; 4] {
-        interpolated(&self.grid, [x, y], |index| {
-            let ChartCell {
-                normal: [u, v, n],
-                inside,
-                ..
-            } = self.cells[index];
-            [u, v, n, inside]
-        })
+        interpolated(&self.grid, [x, y], |index| self.cells[index].values())
     }
 
     /// Normals and presence of each cell, blurred by the binomial filter 1 4 6 4 1 in both directions: interpolated between
     /// sharp cells, a border would look blunter than at the cells, and a sweep would stop there.
     pub(crate) fn blurred(&self) -> Blurred {
         let side = self.grid.side();
-        let mut values: Vec<[f32; 4]> = self
-            .cells
-            .iter()
-            .map(|cell| {
-                let [u, v, n] = cell.normal;
-                [u, v, n, cell.inside]
-            })
-            .collect();
+        let mut values: Vec<[f32; 4]> = self.cells.iter().map(ChartCell::values).collect();
         for stride in [1, side] {
             let along = |index: usize| if stride == 1 { index % side } else { index / side };
             let blur = |index: usize| {
@@ -270,6 +266,17 @@ impl Bend {
     }
 }
 
+/// Somewhere in a cell, -0.5 to 0.5 of it, always the same: a border that runs along the cells would else be moved by up
+/// to half a cell in all of them at once, and by as much in both views where they are read alike.
+fn jitter(index: usize, seed: u64) -> [f64; 2] {
+    // The finaliser of SplitMix64 (Steele, Lea and Flood, OOPSLA 2014).
+    let mut bits = (index as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ seed.wrapping_mul(0xD1B5_4A32_D192_ED03);
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    bits ^= bits >> 31;
+    [bits >> 32, bits & 0xFFFF_FFFF].map(|part| part as f64 / f64::from(u32::MAX) - 0.5)
+}
+
 fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<Part<'_>>) -> Vec<ChartCell> {
     let (rotation, shift) = view.camera_from_base();
     let middle = rotation * tangent.origin.coords + shift;
@@ -277,7 +284,11 @@ fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<Part<'_>>)
     let [u, v, _] = axes.map(|axis| rotation * axis);
     let single = axes.map(|axis| axis.map(|x| x as f32));
     let read = |index: usize| {
-        let [x, y] = grid.position(index);
+        let [mut x, mut y] = grid.position(index);
+        if let Some(part) = only {
+            let [right, up] = jitter(index, part.seed);
+            (x, y) = (x + right * grid.pitch, y + up * grid.pitch);
+        }
         let pixel = view.input.camera.project(&Point3::from(middle + u * x + v * y))?;
         let (column, row) = view.fine.holding(&pixel)?;
         if only.is_some_and(|part| !part.region.contains(column, row)) {

@@ -117,7 +117,7 @@ impl Spread {
     /// Longer and shorter half axis of the evenly filled ellipse with this spread, and the angle of the longer one.
     pub(crate) fn ellipse(&self) -> ([f64; 2], f64) {
         let [xx, xy, yy] = self.variance;
-        let mean = (xx + yy) / 2.0;
+        let mean = f64::midpoint(xx, yy);
         let difference = ((xx - yy) / 2.0).hypot(xy);
         let axis = |variance: f64| 2.0 * variance.max(0.0).sqrt();
         let angle = 0.5 * (2.0 * xy).atan2(xx - yy);

@@ -44,7 +44,7 @@ pub fn plan(inputs: &[ViewInput<'_>], cup: &Cup, options: &PlanOptions) -> Resul
     for (view, shown) in single {
         match by_depth(&views, view, &shown, cup, options) {
             Ok(surface) => surfaces.push(surface),
-            Err(refusal) => refused.push(refusal),
+            Err(refusal) => refused.push(*refusal),
         }
     }
     let points: Vec<SurfacePoints> = views.iter().map(SurfacePoints::new).collect();
@@ -60,7 +60,7 @@ pub fn plan(inputs: &[ViewInput<'_>], cup: &Cup, options: &PlanOptions) -> Resul
     for result in assessed {
         match result {
             Ok(grasp) => grasps.push(grasp),
-            Err(refusal) => refused.push(refusal),
+            Err(refusal) => refused.push(*refusal),
         }
     }
     Ok(Plan {
@@ -132,20 +132,22 @@ fn by_depth(
     shown: &Shown,
     cup: &Cup,
     options: &PlanOptions,
-) -> Result<Surface, Refused> {
+) -> Result<Surface, Box<Refused>> {
     let depth = views[view].depth_near(&shown.patch.inside, DEPTH_REACH);
     let fold = options.search.fold.cos();
     depth
         .and_then(|depth| Surface::of_view(views, view, shown, depth, cup, fold))
-        .ok_or_else(|| Refused {
-            views: vec![view],
-            pixel: Some(shown.patch.middle),
-            contact: None,
-            normal: Some(shown.patch.normal),
-            failures: vec![Failure {
-                test: Test::Depth,
-                value: 0.0,
-                allowed: 1.0,
-            }],
+        .ok_or_else(|| {
+            Box::new(Refused {
+                views: vec![view],
+                pixel: Some(shown.patch.middle),
+                contact: None,
+                normal: Some(shown.patch.normal),
+                failures: vec![Failure {
+                    test: Test::Depth,
+                    value: 0.0,
+                    allowed: 1.0,
+                }],
+            })
         })
 }

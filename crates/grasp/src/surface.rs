@@ -11,7 +11,7 @@ use crate::region::Region;
 use crate::view::View;
 
 /// Cells from the middle of a patch's chart to its border.
-const HALF: usize = 24;
+const HALF: usize = 32;
 /// A patch's chart goes this much beyond its ellipse, and this many metres: borders tell where it is.
 const BEYOND: f64 = 1.25;
 const BEYOND_BY: f64 = 0.004;
@@ -135,6 +135,7 @@ impl Surface {
             let part = Part {
                 region: &shown.region,
                 least_cosine: fold,
+                seed: view as u64,
             };
             Chart::new(&views[view], tangent, grid, Some(part))
         };

@@ -33,7 +33,7 @@ pub(crate) fn triangulate(views: [&View<'_>; 2], pixels: [Point2<f64>; 2]) -> Op
     };
     Some(Triangulated {
         point,
-        epipolar_px: (distance(0, 1)? + distance(1, 0)?) / 2.0,
+        epipolar_px: f64::midpoint(distance(0, 1)?, distance(1, 0)?),
     })
 }
 

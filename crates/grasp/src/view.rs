@@ -14,9 +14,12 @@ const SURE_EDGE: f32 = 0.35;
 /// Edges of no confidence still count a little: something closed a gap there.
 const LEAST_EDGE: f32 = 0.25;
 /// Cells that charts read across the cup's radius, at least.
-const FINE_CELLS_ACROSS_RADIUS: f64 = 16.0;
+const FINE_CELLS_ACROSS_RADIUS: f64 = 12.0;
 /// Cells of the coarse level across the cup's radius.
 const CELLS_ACROSS_RADIUS: f64 = 8.0;
+
+/// Differences that take the place of derivatives of the lens, metres.
+const JACOBIAN_STEP: f64 = 1e-5;
 
 /// Shading results of one calibrated view. All images have the camera's size.
 #[derive(Debug, Clone, Copy)]
@@ -128,15 +131,13 @@ impl<'a> View<'a> {
 
     /// Derivative of pixel by point, by rows.
     pub(crate) fn jacobian(&self, point: &Point3<f64>) -> Option<[Vector3<f64>; 2]> {
-        let step = 1e-5;
-        let mut rows = [Vector3::zeros(); 2];
-        for axis in 0..3 {
-            let offset = Vector3::ith(axis, step);
+        let slope = |axis: usize| {
+            let offset = Vector3::ith(axis, JACOBIAN_STEP);
             let change = self.project(&(point + offset))? - self.project(&(point - offset))?;
-            rows[0][axis] = change.x / (2.0 * step);
-            rows[1][axis] = change.y / (2.0 * step);
-        }
-        Some(rows)
+            Some(change / (2.0 * JACOBIAN_STEP))
+        };
+        let [x, y, z] = [slope(0)?, slope(1)?, slope(2)?];
+        Some([Vector3::new(x.x, y.x, z.x), Vector3::new(x.y, y.y, z.y)])
     }
 
     /// Median of the integrated depth within some pixels of a pixel; none where there is none.

@@ -44,7 +44,7 @@ fn a_tilted_plate_is_held_in_its_middle() {
     for degrees in [0.0_f64, 15.0, -25.0] {
         let body = plate(degrees.to_radians());
         let Body::Polyhedron(faces) = &body else { unreachable!() };
-        let found = planned(&see(&[body.clone()], SIZE, NOISE));
+        let found = planned(&see(std::slice::from_ref(&body), SIZE, NOISE));
         let best = found
             .grasps
             .first()
@@ -68,7 +68,7 @@ fn a_tilted_plate_is_held_in_its_middle() {
 fn every_grasp_of_a_pyramid_is_on_one_flank() {
     let body = Body::pyramid([0.43, 0.0], 0.11, 0.05, 0.35);
     let Body::Polyhedron(faces) = &body else { unreachable!() };
-    let found = planned(&see(&[body.clone()], SIZE, NOISE));
+    let found = planned(&see(std::slice::from_ref(&body), SIZE, NOISE));
     assert_eq!(found.grasps.len(), 4, "{:?}", found.refused);
     for grasp in &found.grasps {
         let (off, angle) = off_planes(grasp, faces);
@@ -136,7 +136,7 @@ fn grasps_are_in_order_and_scores_between_0_and_1() {
     let mut tops: Vec<f64> = tops.collect();
     tops.sort_by(f64::total_cmp);
     assert!(
-        (tops[0] - 0.02).abs() < 0.001 && (tops[tops.len() - 1] - 0.04).abs() < 0.001,
+        (tops[0] - 0.02).abs() < 0.0015 && (tops[tops.len() - 1] - 0.04).abs() < 0.0015,
         "{tops:?}"
     );
     for grasp in &found.grasps {
@@ -176,6 +176,7 @@ fn prints_do_not_matter_and_steps_do() {
             grasp.contact
         );
         let height = if grasp.contact.x < 0.43 { 0.020 } else { 0.024 };
+        println!("step: {:.2} mm off", 1e3 * (grasp.contact.z - height));
         assert!((grasp.contact.z - height).abs() < 0.001, "{}", grasp.contact);
     }
 }
@@ -303,7 +304,7 @@ fn nothing_beside_a_wall_is_taken_by_a_stem_that_hits_it() {
         stem_diameter: 0.09,
         ..Cup::default()
     };
-    let free = planned(&see(&[floor.clone()], SIZE, NOISE));
+    let free = planned(&see(std::slice::from_ref(&floor), SIZE, NOISE));
     assert!(!free.grasps.is_empty(), "{:?}", free.refused);
     let wall = Body::block(
         Point3::new(0.43, 0.0, 0.035),

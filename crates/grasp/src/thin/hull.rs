@@ -63,7 +63,7 @@ pub(crate) fn smallest_rectangle(corners: &[Point2<f64>]) -> Option<(Point2<f64>
             })
         };
         let ((left, right), (bottom, top)) = (extent(&along), extent(&across));
-        let middle = along * ((left + right) / 2.0) + across * ((bottom + top) / 2.0);
+        let middle = along * f64::midpoint(left, right) + across * f64::midpoint(bottom, top);
         Some((Point2::from(middle), (right - left) * (top - bottom)))
     };
     sides(corners).filter_map(around).min_by(|a, b| a.1.total_cmp(&b.1))

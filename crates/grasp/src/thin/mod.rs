@@ -82,7 +82,7 @@ pub fn plan_thin(inputs: &[ViewInput<'_>], cup: &Cup, options: &PlanOptions) -> 
             .count();
         match thing.assess(&bench) {
             Ok(grasp) => layers.push((carries, vec![grasp])),
-            Err(refusal) => refused.push(refusal),
+            Err(refusal) => refused.push(*refusal),
         }
     }
     layers.sort_by_key(|(carries, _)| *carries);
@@ -220,7 +220,7 @@ fn unpaired(view: &View<'_>, number: usize, outline: &Outline, options: &PlanOpt
 }
 
 impl Thing<'_> {
-    fn assess(&self, bench: &Bench<'_>) -> Result<Grasp, Refused> {
+    fn assess(&self, bench: &Bench<'_>) -> Result<Grasp, Box<Refused>> {
         let measured = self.measured(bench);
         let (limits, cup) = (&bench.options.limits, bench.cup);
         let coverage = self.coverage();
@@ -239,13 +239,13 @@ impl Thing<'_> {
         if failures.is_empty() {
             return Ok(self.grasp(bench, measured));
         }
-        Err(Refused {
+        Err(Box::new(Refused {
             views: self.views.clone(),
             pixel: self.pixels.first().copied(),
             contact: Some(self.middle),
             normal: Some(Vector3::z()),
             failures,
-        })
+        }))
     }
 
     fn grasp(&self, bench: &Bench<'_>, measured: Measured) -> Grasp {
