@@ -70,7 +70,7 @@ pub(crate) struct ChartCell {
     /// Unit in the chart's axes (u, v, normal); 0 where there is none.
     pub(crate) normal: [f32; 3],
     pub(crate) confidence: f32,
-    /// 1 on the object, else 0.
+    /// 1 on the object or the patch, 0.5 where an edge ends the patch, else 0.
     pub(crate) inside: f32,
 }
 
@@ -107,9 +107,9 @@ pub(crate) struct Chart {
 }
 
 impl ChartCell {
-    /// Normal and presence.
+    /// Normal times presence, and presence.
     fn values(&self) -> [f32; 4] {
-        let [u, v, n] = self.normal;
+        let [u, v, n] = self.normal.map(|axis| axis * self.inside);
         [u, v, n, self.inside]
     }
 }
@@ -291,11 +291,9 @@ fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<Part<'_>>)
         }
         let pixel = view.input.camera.project(&Point3::from(middle + u * x + v * y))?;
         let (column, row) = view.fine.holding(&pixel)?;
-        if only.is_some_and(|part| !part.region.contains(column, row)) {
-            return None;
-        }
+        let share = only.map_or(1.0, |part| part.region.share(&view.fine, column, row));
         let cell = &view.fine.cells[row * view.fine.width + column];
-        if cell.inside <= 0.5 || cell.confidence <= 0.0 {
+        if share <= 0.0 || cell.inside <= 0.5 || cell.confidence <= 0.0 {
             return None;
         }
         let normal = Vector3::from(cell.normal);
@@ -306,7 +304,7 @@ fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<Part<'_>>)
         Some(ChartCell {
             normal,
             confidence: cell.confidence,
-            inside: 1.0,
+            inside: share,
         })
     };
     (0..grid.side() * grid.side())

@@ -14,9 +14,13 @@ pub(crate) struct Region {
     inside: Vec<bool>,
 }
 
+/// An edge runs along a patch's own border, or along what stands over it, which views tell differently: a cell with an
+/// edge in it is taken for half of the patch's.
+const ON_EDGE: f32 = 0.5;
+
 impl Region {
     /// Grows from a patch's inner pixel over all normals within an angle of the patch's. A cell with an edge in it is the
-    /// last one: the patch ends in it, and part of it is its own.
+    /// last one.
     pub(crate) fn grow(fine: &Blocks, patch: &Patch, least_cosine: f64) -> Self {
         let axis = single(&patch.normal);
         let least = least_cosine as f32;
@@ -47,8 +51,16 @@ impl Region {
         }
     }
 
-    pub(crate) fn contains(&self, x: usize, y: usize) -> bool {
-        x < self.width && self.inside.get(y * self.width + x).copied().unwrap_or(false)
+    /// How much of a cell is the patch's: all of it, half or nothing.
+    pub(crate) fn share(&self, fine: &Blocks, x: usize, y: usize) -> f32 {
+        let at = y * self.width + x;
+        if x >= self.width || !self.inside.get(at).copied().unwrap_or(false) {
+            0.0
+        } else if fine.cells[at].has_edge {
+            ON_EDGE
+        } else {
+            1.0
+        }
     }
 }
 
