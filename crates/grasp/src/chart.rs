@@ -217,6 +217,9 @@ fn interpolated(grid: &Grid, at: [f64; 2], value: impl Fn(usize) -> [f32; 4]) ->
     sum
 }
 
+/// Every so many cells are enough for five numbers.
+const FIT_STRIDE: usize = 3;
+
 /// A surface that bends evenly over its tangent plane: height `(a x² + 2 b x y + c y²) / 2`, from slopes alone.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Bend {
@@ -230,7 +233,7 @@ impl Bend {
     pub(crate) fn fit(charts: &[&Chart], least_cosine: f64, radius: f64) -> Self {
         let (mut left, mut right, mut count) = (Matrix5::zeros(), Vector5::zeros(), 0_usize);
         for chart in charts {
-            for (index, cell) in chart.cells.iter().enumerate() {
+            for (index, cell) in chart.cells.iter().enumerate().step_by(FIT_STRIDE) {
                 let [x, y] = chart.grid.position(index);
                 if x * x + y * y > radius * radius || !chart.is_open(index, least_cosine) {
                     continue;

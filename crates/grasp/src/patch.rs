@@ -133,8 +133,7 @@ impl Finder<'_> {
             .iter()
             .map(|&(at, _)| (self.alignment.of_cell(&blocks.cells[at], &axis), at))
             .max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let mut weights = self.alignment.image(blocks, &normal.normalize());
-        let own = connected(&mut weights, blocks, first);
+        let own = self.grown(first, &axis);
         let (mut sums, mut sum) = ([0.0; 6], Vector3::zeros());
         for &(at, weight) in &own {
             let weight = f64::from(weight);
@@ -157,6 +156,25 @@ impl Finder<'_> {
             normal: sum.try_normalize(1e-12)?,
             object: self.level.object_at(&inside),
         })
+    }
+
+    /// What hangs together with a cell in its likelihood for a normal.
+    fn grown(&self, first: usize, axis: &[f32; 3]) -> Vec<(usize, f32)> {
+        let blocks = &self.level.blocks;
+        let mut is_seen = vec![false; blocks.cells.len()];
+        is_seen[first] = true;
+        let mut found = vec![(first, self.alignment.of_cell(&blocks.cells[first], axis))];
+        let mut next = 0;
+        while let Some(&(at, _)) = found.get(next) {
+            next += 1;
+            for neighbour in blocks.neighbours(at).flatten() {
+                if !std::mem::replace(&mut is_seen[neighbour], true) {
+                    let weight = self.alignment.of_cell(&blocks.cells[neighbour], axis);
+                    found.extend((weight > 0.0).then_some((neighbour, weight)));
+                }
+            }
+        }
+        found
     }
 
     /// Of the cells a cup's radius from where the region ends, or else farthest from it, the one nearest to its middle.

@@ -19,7 +19,7 @@ const COARSE: Sweep = Sweep {
     middle: 0.0,
     range: 0.0,
     step: 0.001,
-    stride: 3,
+    stride: 4,
 };
 const FINE: Sweep = Sweep {
     middle: 0.0,

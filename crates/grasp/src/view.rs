@@ -15,8 +15,8 @@ const SURE_EDGE: f32 = 0.35;
 const LEAST_EDGE: f32 = 0.25;
 /// Cells that charts read across the cup's radius, at least.
 const FINE_CELLS_ACROSS_RADIUS: f64 = 12.0;
-/// Cells of the coarse level across the cup's radius.
-const CELLS_ACROSS_RADIUS: f64 = 8.0;
+/// Cells of the coarse level across the cup's radius, at least.
+const CELLS_ACROSS_RADIUS: f64 = 6.0;
 
 /// Differences that take the place of derivatives of the lens, metres.
 const JACOBIAN_STEP: f64 = 1e-5;
