@@ -71,7 +71,7 @@ impl Executor {
     /// Permits motions for as long as the arm's reports are new and good.
     pub(crate) async fn attend_arm(self: Arc<Self>) {
         let mut state = self.arm.state();
-        let mut told = None;
+        let (mut told, mut was_well) = (None, false);
         while state.changed().await.is_ok() {
             let seen = state.borrow_and_update().clone();
             let permitted = self.permitted_until(&seen);
@@ -81,7 +81,8 @@ impl Executor {
             }
             let now = Told::of(&seen);
             if told.as_ref() != Some(&now) {
-                now.log();
+                was_well |= now == Told::Well;
+                now.log(was_well);
                 told = Some(now);
             }
         }
@@ -112,8 +113,10 @@ impl Told {
         }
     }
 
-    fn log(&self) {
+    /// A controller that is only being connected is nothing to be warned of.
+    fn log(&self, was_well: bool) {
         match self {
+            Self::Disconnected(reason) if !was_well => tracing::info!(reason, "the arm's controller is waited for"),
             Self::Disconnected(reason) => tracing::warn!(reason, "the arm's controller does not answer"),
             Self::Fault(fault) => tracing::error!(fault, "the arm has a fault"),
             Self::Well => tracing::info!("the arm answers and has no fault"),
