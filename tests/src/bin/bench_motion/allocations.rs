@@ -44,7 +44,7 @@ pub(crate) fn measure(arm: &Arm) -> anyhow::Result<Allocations> {
     };
     counted.turn(100);
     counted.follow_to_the_end(planner.joint_motion(&HOME, &far)?)?;
-    counted.stop_on_the_way(planner.joint_motion(&far, &HOME)?)?;
+    counted.stop_on_the_way(&planner.joint_motion(&far, &HOME)?)?;
     counted.be_refused(&far)?;
     counted.lose_the_stream()?;
     Ok(Allocations {
@@ -90,13 +90,13 @@ impl Counted {
     }
 
     /// By request, by a late wake-up, and because nobody vouches for the arm.
-    fn stop_on_the_way(&mut self, trajectory: Trajectory<7>) -> anyhow::Result<()> {
+    fn stop_on_the_way(&mut self, trajectory: &Trajectory<7>) -> anyhow::Result<()> {
         for way in 0..3 {
             let at = self.held()?;
             let planned = if way == 0 {
                 trajectory.clone()
             } else {
-                back(&trajectory, &at)?
+                back(trajectory, &at)?
             };
             self.stepped.follow(planned)?;
             self.turn(60);
@@ -107,7 +107,7 @@ impl Counted {
             }
             let event = self.wait()?;
             ensure!(matches!(event, ServoEvent::Stopped { .. }), "{event:?}, not a stop");
-            let permitted_until = Instant::now() + Duration::from_secs(3600);
+            let permitted_until = Instant::now() + Duration::from_hours(1);
             self.stepped.remote().permit_until(permitted_until);
             self.turn(20);
         }

@@ -31,7 +31,7 @@ const OBJECT: [f64; 2] = [0.43, 0.05];
 const BIN: [f64; 2] = [0.3, -0.42];
 
 #[derive(Debug, Serialize)]
-pub(crate) struct Collision {
+pub(crate) struct Checks {
     /// One configuration among table, mat, panels and a bin.
     pub(crate) collision_us: f64,
     /// With the cloud too.
@@ -43,7 +43,7 @@ pub(crate) struct Collision {
     pub(crate) pick_collision_max_ms: f64,
 }
 
-pub(crate) fn measure(arm: &Arm, points: usize) -> anyhow::Result<Collision> {
+pub(crate) fn measure(arm: &Arm, points: usize) -> anyhow::Result<Checks> {
     let leave_out = SelfCollision {
         never: &XARM7_NEVER_TOUCHING,
         free_at: &[HOME],
@@ -62,7 +62,7 @@ pub(crate) fn measure(arm: &Arm, points: usize) -> anyhow::Result<Collision> {
     let pick = Pick::plan(&arm.planner(TOOL_SPEEDS[0])?)?;
     let times = pick.check_ms(&model, &checker)?;
     let at = |share| quantile(&times, share).context("there are rounds");
-    Ok(Collision {
+    Ok(Checks {
         collision_us,
         collision_cloud_us: configuration_us(arm, &checker)?,
         cloud_points: points,

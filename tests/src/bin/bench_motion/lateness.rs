@@ -78,7 +78,7 @@ impl Arrivals {
             let candidates = sent.iter().enumerate().skip(next).take(WINDOW);
             let found = candidates
                 .into_iter()
-                .find(|(_, sent)| on_the_wire(&sent.angles) == point.angles);
+                .find(|(_, sent)| bits(&on_the_wire(&sent.angles)) == bits(&point.angles));
             match found {
                 Some((index, _)) => {
                     received_at[index] = Some(point.at);
@@ -97,6 +97,11 @@ impl Arrivals {
 
 fn on_the_wire(angles: &JointValues) -> JointValues {
     angles.map(|angle| f64::from(angle as f32))
+}
+
+/// To compare numbers that must be the very same.
+fn bits(angles: &JointValues) -> [u64; 7] {
+    angles.map(f64::to_bits)
 }
 
 #[cfg(test)]

@@ -25,15 +25,19 @@ const SAME: f64 = 1e-8;
 const ROOM: usize = 4000;
 
 #[derive(Debug, Serialize)]
-pub(crate) struct RealtimeStops {
-    pub(crate) realtime_stops: usize,
+pub(crate) struct LiveStops {
+    #[serde(rename = "realtime_stops")]
+    pub(crate) count: usize,
     /// From the request until the controller has read the first set-point that decelerates.
-    pub(crate) realtime_stop_us: Micros,
+    #[serde(rename = "realtime_stop_us")]
+    pub(crate) delay: Micros,
     /// Set-points of the trajectory that left after the request: one is already under way when the request comes in the
     /// microseconds in which the loop has looked for requests and has not sent yet.
-    pub(crate) realtime_stop_set_points_between: usize,
+    #[serde(rename = "realtime_stop_set_points_between")]
+    pub(crate) between: usize,
     /// From the request to rest.
-    pub(crate) realtime_stop_rest_ms: Option<f64>,
+    #[serde(rename = "realtime_stop_rest_ms")]
+    pub(crate) rest_ms: Option<f64>,
 }
 
 struct Request {
@@ -42,7 +46,7 @@ struct Request {
     rested_at: Instant,
 }
 
-pub(crate) async fn measure(arm: &Arm, count: u32, priority: u8) -> anyhow::Result<RealtimeStops> {
+pub(crate) async fn measure(arm: &Arm, count: u32, priority: u8) -> anyhow::Result<LiveStops> {
     let mut session = Session::open(arm, ROOM * count as usize, priority).await?;
     let mut random = Rng::with_seed(7);
     let mut requests = Vec::new();
@@ -65,11 +69,11 @@ pub(crate) async fn measure(arm: &Arm, count: u32, priority: u8) -> anyhow::Resu
         .iter()
         .map(|request| (request.rested_at - request.at).as_secs_f64());
     let rest = rests.reduce(f64::max);
-    Ok(RealtimeStops {
-        realtime_stops: requests.len(),
-        realtime_stop_us: Micros::of(&delays),
-        realtime_stop_set_points_between: between,
-        realtime_stop_rest_ms: rest.map(|seconds| 1e3 * seconds),
+    Ok(LiveStops {
+        count: requests.len(),
+        delay: Micros::of(&delays),
+        between,
+        rest_ms: rest.map(|seconds| 1e3 * seconds),
     })
 }
 

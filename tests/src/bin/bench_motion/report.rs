@@ -5,12 +5,12 @@ use std::fmt;
 use serde::Serialize;
 
 use crate::allocations::Allocations;
-use crate::cell::Collision;
+use crate::cell::Checks;
 use crate::inverse::Inverse;
 use crate::lateness::Micros;
-use crate::realtime_stops::RealtimeStops;
+use crate::realtime_stops::LiveStops;
 use crate::servo::ServoFigures;
-use crate::stops::Stops;
+use crate::stops::Outcomes;
 use crate::trajectories::Trajectories;
 use crate::yardstick::Yardstick;
 
@@ -22,15 +22,15 @@ pub(crate) struct Report {
     #[serde(flatten)]
     pub(crate) trajectories: Trajectories,
     #[serde(flatten)]
-    pub(crate) collision: Collision,
+    pub(crate) collision: Checks,
     #[serde(flatten)]
     pub(crate) allocations: Allocations,
     #[serde(flatten)]
-    pub(crate) stops: Stops,
+    pub(crate) stops: Outcomes,
     #[serde(flatten)]
     pub(crate) servo: ServoFigures,
     #[serde(flatten)]
-    pub(crate) realtime_stops: RealtimeStops,
+    pub(crate) realtime_stops: LiveStops,
     #[serde(flatten)]
     pub(crate) yardstick: Yardstick,
 }
@@ -133,7 +133,7 @@ impl Trajectories {
     }
 }
 
-impl Collision {
+impl Checks {
     fn tell(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         heading(out, "Collision, full cell")?;
         line(
@@ -153,7 +153,7 @@ impl Collision {
     }
 }
 
-impl Stops {
+impl Outcomes {
     fn tell(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         heading(out, &format!("Stops, {} random ones", self.stops))?;
         line(out, "  not in the next period or to rest", &self.stop_late.to_string())?;
@@ -175,17 +175,13 @@ impl Stops {
     }
 }
 
-impl RealtimeStops {
+impl LiveStops {
     fn tell(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        heading(out, &format!("Stops in real time, {}", self.realtime_stops))?;
-        line(
-            out,
-            "  request to first deceleration",
-            &self.realtime_stop_us.for_people(),
-        )?;
-        let between = self.realtime_stop_set_points_between.to_string();
+        heading(out, &format!("Stops in real time, {}", self.count))?;
+        line(out, "  request to first deceleration", &self.delay.for_people())?;
+        let between = self.between.to_string();
         line(out, "  most set-points between", &between)?;
-        let rest = self.realtime_stop_rest_ms.unwrap_or(f64::NAN);
+        let rest = self.rest_ms.unwrap_or(f64::NAN);
         line(out, "  request to rest, longest", &format!("{rest:.0} ms"))
     }
 }

@@ -7,7 +7,7 @@ use devices::{Arm as _, ArmLink, JointValues};
 use sim::arm::{ArmConfig, ArmController};
 use trajectory::Trajectory;
 use trajectory_executor::servo::{Servo, ServoConfig, ServoEvent, ServoRemote};
-use xarm_tcp::{XArm, XArmConfig};
+use xarm_tcp::{Timeouts, XArm, XArmConfig};
 
 use crate::arm::{Arm, HOME};
 use crate::recorder::Log;
@@ -105,6 +105,14 @@ fn driver_config(controller: &ArmController) -> XArmConfig {
         control_port: ports.control,
         real_time_report_port: ports.real,
         rich_report_port: ports.rich,
+        // The controller shares this machine's processors with everything else that runs here.
+        timeouts: Timeouts {
+            reply: PATIENCE,
+            real_time_report: PATIENCE,
+            rich_report: PATIENCE,
+            settle: PATIENCE,
+            ..Timeouts::default()
+        },
         ..XArmConfig::new(controller.address().to_string())
     }
 }

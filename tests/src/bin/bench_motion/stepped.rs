@@ -10,7 +10,7 @@ use trajectory_executor::servo::{ServoConfig, ServoEvent, ServoRemote, SteppedSe
 use crate::recorder::Log;
 
 /// Nobody has to vouch for the arm meanwhile.
-const LONG: Duration = Duration::from_secs(3600);
+const LONG: Duration = Duration::from_hours(1);
 
 pub(crate) struct Stepped {
     servo: SteppedServo,

@@ -27,7 +27,7 @@ const JERK_NOISE: f64 = 1e-3;
 const PATIENCE: usize = 1000;
 
 #[derive(Debug, Default, Serialize)]
-pub(crate) struct Stops {
+pub(crate) struct Outcomes {
     pub(crate) stops: u64,
     pub(crate) stop_late: u64,
     /// In which a joint is sent further in the first period than the trajectory would have, beyond rounding: only a joint
@@ -45,12 +45,12 @@ pub(crate) struct Stops {
     pub(crate) stop_tool_share: f64,
 }
 
-pub(crate) fn measure(arm: &Arm, count: u64) -> anyhow::Result<Stops> {
+pub(crate) fn measure(arm: &Arm, count: u64) -> anyhow::Result<Outcomes> {
     let planners = [arm.planner(TOOL_SPEEDS[0])?, arm.planner(TOOL_SPEEDS[1])?];
     (0..count)
         .into_par_iter()
         .map(|number| stop(arm, &planners[(number % 2) as usize], number))
-        .try_reduce(Stops::default, |one, other| Ok(one.with(&other)))
+        .try_reduce(Outcomes::default, |one, other| Ok(one.with(&other)))
 }
 
 /// What the loop sent, from the set-point before the request on.
@@ -67,7 +67,7 @@ struct Sent {
 /// Index of the first set-point after the request.
 const FIRST: usize = 3;
 
-fn stop(arm: &Arm, planner: &Planner<7>, number: u64) -> anyhow::Result<Stops> {
+fn stop(arm: &Arm, planner: &Planner<7>, number: u64) -> anyhow::Result<Outcomes> {
     let mut random = Rng::with_seed(number);
     let trajectory = random_trajectory(arm, planner, &mut random, number)?;
     let sent = run(arm, &trajectory, &mut random)?;
@@ -81,7 +81,7 @@ fn stop(arm: &Arm, planner: &Planner<7>, number: u64) -> anyhow::Result<Stops> {
     let faster = (0..7)
         .filter(|&joint| (after[joint] - before[joint]).abs() > (sent.unbraked[joint] - before[joint]).abs() + SAME);
     let share = tool_share(planner, &sent.set_points)?;
-    Ok(Stops {
+    Ok(Outcomes {
         stops: 1,
         stop_late: u64::from(!(is_next && sent.is_at_rest())),
         stop_faster_joints: u64::from(faster.count() > 0),
@@ -150,7 +150,7 @@ impl Sent {
     }
 }
 
-impl Stops {
+impl Outcomes {
     fn with(self, other: &Self) -> Self {
         Self {
             stops: self.stops + other.stops,
