@@ -142,14 +142,14 @@ mod tests {
             light_port: None,
             cameras: Vec::new(),
             binnings: Vec::new(),
-            arm: Some(Ipv4Addr::new(127, 9, 9, 8)),
+            arm: Some("127.9.9.8:5030".parse().unwrap()),
         };
         std::fs::write(&path, "arm: {vacuum: 2}").unwrap();
         let arm = overrides.read(&path).unwrap().arm.unwrap();
-        assert_eq!(arm.address, Ipv4Addr::new(127, 9, 9, 8));
+        assert_eq!((arm.address, arm.ports.control), (Ipv4Addr::new(127, 9, 9, 8), 5030));
         std::fs::write(&path, "seed: 1").unwrap();
         let error = overrides.read(&path).unwrap_err().to_string();
-        assert_eq!(error, "--arm 127.9.9.8: the world has no arm");
+        assert_eq!(error, "--arm 127.9.9.8:5030: the world has no arm");
     }
 
     #[test]

@@ -135,7 +135,8 @@ mod tests {
                     000009 000002\n# Total: 000000100\n# Min Latencies: 00003\n# Avg Latencies: 00003\n\
                     # Max Latencies: 00009\n# Histogram Overflows: 00000\n";
         let found = from_histogram(text).unwrap();
-        assert_eq!([found.p50, found.p99, found.max], [3.0, 9.0, 9.0]);
+        let micros = [found.p50, found.p99, found.max].map(|micros| format!("{micros:.3}"));
+        assert_eq!(micros, ["3.000", "9.000", "9.000"]);
         assert!(from_histogram("").is_none());
     }
 }
