@@ -29,7 +29,7 @@ async fn an_arm_that_nobody_has_armed_does_not_move() {
 async fn the_tool_goes_along_a_line_and_home_again() {
     let mut scene = Scene::ready(ArmConfig::default()).await;
     let line = MoveToolGoal {
-        poses: vec![down(0.40, 0.10, 0.25), down(0.40, 0.10, 0.15)].into(),
+        poses: vec![down(0.40, 0.10, 0.25), down(0.40, 0.10, 0.15)],
         straight: true,
         ..MoveToolGoal::default()
     };
@@ -54,7 +54,7 @@ async fn the_tool_goes_along_a_line_and_home_again() {
 async fn what_cannot_be_done_says_where_and_why_and_nothing_moves() {
     let scene = Scene::ready(ArmConfig::default()).await;
     let goal = |pose| MoveToolGoal {
-        poses: vec![pose].into(),
+        poses: vec![pose],
         ..MoveToolGoal::default()
     };
     let nan = down(f64::NAN, 0.0, 0.3);
@@ -170,7 +170,7 @@ fn goal(points: Vec<JointTrajectoryPoint>) -> FollowJointTrajectoryGoal {
     FollowJointTrajectoryGoal {
         trajectory: JointTrajectory {
             joint_names: (1..=7).map(|number| format!("joint{number}")).collect(),
-            points: points.into(),
+            points,
             ..JointTrajectory::default()
         },
         ..FollowJointTrajectoryGoal::default()

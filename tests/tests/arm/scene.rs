@@ -165,7 +165,7 @@ impl Scene {
 /// A way that takes some seconds.
 pub(crate) fn far() -> MoveToolGoal {
     MoveToolGoal {
-        poses: vec![down(0.35, 0.30, 0.35), down(0.35, -0.30, 0.35)].into(),
+        poses: vec![down(0.35, 0.30, 0.35), down(0.35, -0.30, 0.35)],
         ..MoveToolGoal::default()
     }
 }
