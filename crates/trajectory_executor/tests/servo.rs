@@ -43,7 +43,7 @@ impl Bench {
         let limits = TrajectoryLimits::of_chain(&chain, 10.0, JERK, 0.9).unwrap();
         let mut servo = SteppedServo::new(config(&chain, &limits));
         let remote = servo.servo().remote();
-        remote.permit_until(Instant::now() + Duration::from_secs(3600));
+        remote.permit_until(Instant::now() + Duration::from_hours(1));
         let sent = Arc::new(Mutex::new(Vec::with_capacity(100_000)));
         let stream = Kept {
             sent: Arc::clone(&sent),
