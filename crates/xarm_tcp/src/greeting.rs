@@ -21,11 +21,18 @@ pub(crate) async fn greet(config: &XArmConfig) -> Result<(Link, ControlTask), Li
     let reply = control
         .ask("who are you", Request::Version, config.timeouts.reply)
         .await?;
-    let identity = Identity::decode(&reply.data).map_err(|source| LinkError::Unsupported {
+    let mut identity = Identity::decode(&reply.data).map_err(|source| LinkError::Unsupported {
         address: address.clone(),
         source,
     })?;
-    check(&identity, config, address)?;
+    check_kind(&identity, &address)?;
+    let reply = control
+        .ask("your serial numbers", Request::SerialNumbers, config.timeouts.reply)
+        .await?;
+    if let Some(whole) = whole_serial(&identity.arm_serial, &reply.data) {
+        identity.arm_serial = whole;
+    }
+    check_serial(&identity, config, address)?;
     let control = if identity.firmware.has_keep_alive() {
         control.keep_alive()
     } else {
@@ -34,16 +41,28 @@ pub(crate) async fn greet(config: &XArmConfig) -> Result<(Link, ControlTask), Li
     Ok((Link { control, identity }, task))
 }
 
-fn check(identity: &Identity, config: &XArmConfig, address: String) -> Result<(), LinkError> {
+/// The identity has room for the first characters only; the whole number begins with them.
+fn whole_serial(beginning: &str, data: &[u8]) -> Option<String> {
+    let text = data.split(|byte| *byte == 0).next()?;
+    let whole = std::str::from_utf8(text).ok()?.trim();
+    whole.starts_with(beginning).then(|| whole.to_owned())
+}
+
+fn check_kind(identity: &Identity, address: &str) -> Result<(), LinkError> {
+    let address = address.to_owned();
     if usize::from(identity.axes) != ARM_JOINTS {
         return Err(LinkError::OtherAxes {
             address,
             found: identity.axes,
         });
     }
-    if let Err(source) = identity.firmware.require_supported() {
-        return Err(LinkError::Unsupported { address, source });
+    match identity.firmware.require_supported() {
+        Ok(_) => Ok(()),
+        Err(source) => Err(LinkError::Unsupported { address, source }),
     }
+}
+
+fn check_serial(identity: &Identity, config: &XArmConfig, address: String) -> Result<(), LinkError> {
     match &config.expected_serial {
         Some(expected) if *expected != identity.arm_serial => Err(LinkError::OtherArm {
             address,

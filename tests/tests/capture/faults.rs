@@ -86,8 +86,10 @@ async fn a_pulse_too_many_voids_the_capture() {
         true
     });
     let reason = rig.failed_capture().await;
+    // On a busy machine it reaches the camera before the pulse that it follows, and takes that one's place.
+    let named = ["step 2 (L2)", "step 3 (L3)"].map(|step| format!("camera c1, {step}: exposed"));
     assert!(
-        reason.contains("camera c1, step 3 (L3): exposed") && reason.contains("by the triggers"),
+        named.iter().any(|named| reason.contains(named)) && reason.contains("by the triggers"),
         "{reason}"
     );
     rig.wires.unhook();
