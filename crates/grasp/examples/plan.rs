@@ -162,7 +162,10 @@ fn draw(plan: &Plan, solved: &[Solved], cup: &Cup, path: &str) -> Result<(), Box
         let gray = gray_to_rgb(&gray_picture(image, 0.0, 1.5 * f32::from(brightest))?);
         let mut overlay = Overlay::new(gray, captured.view.camera, &captured.view.base_from_camera);
         overlay.plan(plan, cup);
-        std::fs::write(format!("{path}_{}.png", captured.camera), encode_png(overlay.picture())?)?;
+        std::fs::write(
+            format!("{path}_{}.png", captured.camera),
+            encode_png(overlay.picture())?,
+        )?;
     }
     Ok(())
 }

@@ -53,7 +53,12 @@ impl Overlay {
     pub fn on_relief(view: &ViewInput<'_>) -> Self {
         let mut picture = view.normals.map(relief);
         let edges = view.edges.as_image().pixels();
-        for (pixel, _) in picture.pixels_mut().iter_mut().zip(edges).filter(|(_, edge)| **edge != 0) {
+        for (pixel, _) in picture
+            .pixels_mut()
+            .iter_mut()
+            .zip(edges)
+            .filter(|(_, edge)| **edge != 0)
+        {
             *pixel = EDGE;
         }
         Self::new(picture, view.camera, &view.base_from_camera)

@@ -134,7 +134,9 @@ fn known(records: &[Record]) -> String {
 
 impl Record {
     fn is_settled(&self) -> bool {
-        self.shares.iter().all(|(_, share)| !matches!(share, Share::UnderWay(_)))
+        self.shares
+            .iter()
+            .all(|(_, share)| !matches!(share, Share::UnderWay(_)))
     }
 
     fn capture(&self, cameras: &[String], waited: f64) -> Result<SolvedCapture, Refusal> {
@@ -210,7 +212,10 @@ mod tests {
         assert_eq!(found.missing, ["c1 took no part in it"]);
         captures.begin("a", "c1", 3);
         let found = captures.wait("a", &cameras(), PATIENCE).await.expect("one view");
-        assert_eq!(found.missing, ["c1: results of normal_solver did not come within 0.2 s"]);
+        assert_eq!(
+            found.missing,
+            ["c1: results of normal_solver did not come within 0.2 s"]
+        );
         captures.awaits("a", "c1", "depth".into());
         let found = captures.wait("a", &cameras(), PATIENCE).await.expect("one view");
         assert_eq!(found.missing, ["c1: depth did not come within 0.2 s"]);
@@ -226,7 +231,10 @@ mod tests {
         assert!(refusal(&captures, "x").await.contains("known: none"));
         captures.begin("a", "c1", 3);
         let text = refusal(&captures, "a").await;
-        assert!(text.contains("c1: results of") && text.contains("c2 took no part"), "{text}");
+        assert!(
+            text.contains("c1: results of") && text.contains("c2 took no part"),
+            "{text}"
+        );
         assert!(refusal(&captures, "x").await.contains("known: a"));
     }
 

@@ -119,7 +119,9 @@ impl Collector {
 
     async fn base_from_camera(&self, header: &Header) -> Result<RigidTransform, ViewError> {
         let (base, frame) = (self.base_frame_id.get(), &header.frame_id);
-        let placed = self.transforms.wait_for(&base, frame, header.stamp.to_nanos(), PATIENCE);
+        let placed = self
+            .transforms
+            .wait_for(&base, frame, header.stamp.to_nanos(), PATIENCE);
         placed.await.map_err(|problem| ViewError::Frame {
             frame: frame.clone(),
             base,

@@ -123,10 +123,7 @@ mod tests {
     #[test]
     fn a_map_that_is_none_is_named() {
         let error = image::<[f32; 3]>("normals", &message("rgb8", vec![0; 6])).expect_err("no normals");
-        assert_eq!(
-            error.to_string(),
-            "normals is encoded as \"rgb8\"; allowed: 32FC3"
-        );
+        assert_eq!(error.to_string(), "normals is encoded as \"rgb8\"; allowed: 32FC3");
         let error = image::<f32>("depth", &message("32FC1", vec![0; 7])).expect_err("seven bytes");
         assert!(error.to_string().starts_with("depth: "), "{error}");
     }
@@ -135,7 +132,10 @@ mod tests {
     fn a_pose_keeps_its_numbers() {
         let transform = RigidTransform::from_quaternion_xyzw([0.1, -0.2, 0.3], [1.0, 0.0, 0.0, 0.0]).expect("a pose");
         let message = pose(&transform);
-        assert_eq!((message.position.x, message.position.y, message.position.z), (0.1, -0.2, 0.3));
+        assert_eq!(
+            (message.position.x, message.position.y, message.position.z),
+            (0.1, -0.2, 0.3)
+        );
         assert_eq!((message.orientation.x, message.orientation.w), (1.0, 0.0));
     }
 }

@@ -40,7 +40,11 @@ fn header(planned: &Planned, base: &str) -> Header {
 }
 
 fn grasp(placed: &Placed, mode: Mode, cameras: &[&str]) -> Grasp {
-    let Placed { grasp, approach, joints } = placed;
+    let Placed {
+        grasp,
+        approach,
+        joints,
+    } = placed;
     let joints = joints.as_ref().ok();
     Grasp {
         mode: mode.number(),
@@ -81,10 +85,16 @@ mod tests {
     fn a_grasp_says_everything() {
         let planned = planned([0.4, 0.0], Cup::default());
         let array = array(&planned, "link_base");
-        assert_eq!((array.header.frame_id.as_str(), array.capture_id.as_str()), ("link_base", "a"));
+        assert_eq!(
+            (array.header.frame_id.as_str(), array.capture_id.as_str()),
+            ("link_base", "a")
+        );
         assert!(array.reason.is_empty());
         let best = &array.grasps[0];
-        assert_eq!((best.mode, best.cameras.as_slice()), (Grasp::SOLID, &["c1".to_owned()][..]));
+        assert_eq!(
+            (best.mode, best.cameras.as_slice()),
+            (Grasp::SOLID, &["c1".to_owned()][..])
+        );
         assert!((best.normal.z - 1.0).abs() < 1e-3 && (best.approach_axis.z + 1.0).abs() < 1e-3);
         let height = |pose: &interfaces::geometry_msgs::msg::Pose| pose.position.z - best.contact.z;
         assert!((height(&best.pregrasp) - 0.05).abs() < 1e-4);

@@ -86,7 +86,11 @@ impl Parameters {
             cameras: parameters.declare(cameras)?.get(),
             base_frame_id: parameters.declare(base)?,
             keep_captures: parameters.declare(kept)?,
-            result_timeout: declare.seconds("result_timeout", 3.0, "Results that have not come after this long are missing")?,
+            result_timeout: declare.seconds(
+                "result_timeout",
+                3.0,
+                "Results that have not come after this long are missing",
+            )?,
             cup: CupParameters::declare(&declare)?,
             work: WorkParameters::declare(&declare)?,
             limits: LimitParameters::declare(&declare)?,
@@ -166,7 +170,9 @@ fn sides(directions: &[f64]) -> Result<Vec<Vector3<f64>>, Error> {
     if !rest.is_empty() || sides.is_empty() || !sides.iter().all(is_direction) {
         return Err(Error::Value {
             name: "directions",
-            reason: format!("{directions:?}; allowed: three finite numbers for each direction, longer than 1e-6, at least one"),
+            reason: format!(
+                "{directions:?}; allowed: three finite numbers for each direction, longer than 1e-6, at least one"
+            ),
         });
     }
     Ok(sides)
@@ -203,12 +209,27 @@ impl CupParameters {
 impl WorkParameters {
     fn declare(declare: &Declare<'_>) -> Result<Self, Error> {
         let usual = PlanOptions::default();
-        let directions: Vec<f64> = usual.directions.iter().flat_map(|side| (-side).data.0[0]).collect();
-        let directions = Parameter::floats("directions", directions)
-            .describe("Three numbers for each direction in which the cup may move onto an object, base frame, any length");
+        let directions: Vec<f64> = usual
+            .directions
+            .iter()
+            .flat_map(|side| side.data.0[0].map(|number| 0.0 - number))
+            .collect();
+        let directions = Parameter::floats("directions", directions).describe(
+            "Three numbers for each direction in which the cup may move onto an object, base frame, any length",
+        );
         Ok(Self {
-            table_height: declare.metres("table_height", usual.table_height, -1.0..=1.0, "Of the table's plane, base frame")?,
-            highest: declare.metres("highest", usual.highest, 0.001..=1.0, "No object stands higher over the table")?,
+            table_height: declare.metres(
+                "table_height",
+                usual.table_height,
+                -1.0..=1.0,
+                "Of the table's plane, base frame",
+            )?,
+            highest: declare.metres(
+                "highest",
+                usual.highest,
+                0.001..=1.0,
+                "No object stands higher over the table",
+            )?,
             directions: declare.0.parameters().declare(directions)?,
             cone: declare.0.parameters().declare(
                 Parameter::float("cone", usual.search.cone)
@@ -226,15 +247,28 @@ impl LimitParameters {
         let share = |name, default, what| declare.share(name, default, what);
         let metres = |name, default, range, what| declare.metres(name, default, range, what);
         Ok(Self {
-            edge_share: share("limits.edge_share", limits.edge_share, "Largest share of the footprint that edges cover")?,
-            confidence: share("limits.confidence", limits.confidence, "Least mean confidence in the footprint")?,
+            edge_share: share(
+                "limits.edge_share",
+                limits.edge_share,
+                "Largest share of the footprint that edges cover",
+            )?,
+            confidence: share(
+                "limits.confidence",
+                limits.confidence,
+                "Least mean confidence in the footprint",
+            )?,
             border: metres(
                 "limits.border",
                 limits.border,
                 0.0..=0.05,
                 "Least distance from the footprint's rim to the patch's border",
             )?,
-            clearance: metres("limits.clearance", limits.clearance, -0.01..=0.1, "Least distance of the lip from the table")?,
+            clearance: metres(
+                "limits.clearance",
+                limits.clearance,
+                -0.01..=0.1,
+                "Least distance of the lip from the table",
+            )?,
             uncertainty: metres(
                 "limits.uncertainty",
                 limits.uncertainty,
@@ -266,7 +300,10 @@ impl Declare<'_> {
     }
 
     fn seconds(&self, name: &str, default: f64, what: &str) -> Result<ParameterHandle<f64>, Error> {
-        let parameter = Parameter::float(name, default).unit("s").range(0.0..=600.0).describe(what);
+        let parameter = Parameter::float(name, default)
+            .unit("s")
+            .range(0.0..=600.0)
+            .describe(what);
         Ok(self.0.parameters().declare(parameter)?)
     }
 
@@ -288,7 +325,13 @@ mod tests {
 
     #[test]
     fn lists_that_are_no_directions_are_refused() {
-        for wrong in [&[][..], &[1.0, 0.0], &[0.0; 3], &[f64::NAN, 0.0, 1.0], &[0.0, 0.0, 1.0, 2.0]] {
+        for wrong in [
+            &[][..],
+            &[1.0, 0.0],
+            &[0.0; 3],
+            &[f64::NAN, 0.0, 1.0],
+            &[0.0, 0.0, 1.0, 2.0],
+        ] {
             let text = sides(wrong).expect_err("no directions").to_string();
             assert!(text.starts_with("parameter directions: ["), "{text}");
         }

@@ -62,7 +62,12 @@ impl Planned {
         if self.best().is_some() {
             return None;
         }
-        let Some(Placed { grasp, joints: Err(error), .. }) = self.placed.first() else {
+        let Some(Placed {
+            grasp,
+            joints: Err(error),
+            ..
+        }) = self.placed.first()
+        else {
             return Some(format!("no grasp: {}", refusals(&self.plan, &self.cameras())));
         };
         let (count, at) = (self.placed.len(), grasp.contact * 1e3);
@@ -115,7 +120,10 @@ pub(crate) mod tests {
         assert!(planned.reason().is_none());
         let best = planned.best().expect("a grasp");
         assert!((best.grasp.contact.z - 0.01).abs() < 0.002);
-        assert_eq!(planned.note().as_deref(), Some("planned on c1 alone: c2 took no part in it"));
+        assert_eq!(
+            planned.note().as_deref(),
+            Some("planned on c1 alone: c2 took no part in it")
+        );
     }
 
     #[test]
@@ -123,7 +131,10 @@ pub(crate) mod tests {
         let planned = planned([1.4, 0.0], Cup::default());
         assert!(planned.best().is_none() && !planned.placed.is_empty());
         let reason = planned.reason().expect("a reason");
-        assert!(reason.contains("the arm reaches none of") && reason.contains("(1400, 0, 10) mm"), "{reason}");
+        assert!(
+            reason.contains("the arm reaches none of") && reason.contains("(1400, 0, 10) mm"),
+            "{reason}"
+        );
     }
 
     #[test]
@@ -134,6 +145,9 @@ pub(crate) mod tests {
         };
         let planned = planned([0.4, 0.0], cup);
         let reason = planned.reason().expect("a reason");
-        assert!(reason.starts_with("no grasp: ") && reason.contains("needed"), "{reason}");
+        assert!(
+            reason.starts_with("no grasp: ") && reason.contains("needed"),
+            "{reason}"
+        );
     }
 }

@@ -41,7 +41,8 @@ impl Publishers {
     pub(crate) fn previews(&self, planned: &Planned) {
         for view in &planned.capture.views {
             let of_camera = self.previews.iter().find(|(camera, _)| *camera == view.camera);
-            let Some((camera, publisher)) = of_camera.filter(|(_, publisher)| publisher.subscription_count() > 0) else {
+            let Some((camera, publisher)) = of_camera.filter(|(_, publisher)| publisher.subscription_count() > 0)
+            else {
                 continue;
             };
             let mut overlay = Overlay::on_relief(&view.input());

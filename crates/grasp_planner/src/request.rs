@@ -63,8 +63,12 @@ fn direction(wanted: Vector3<f64>) -> Result<Option<Vector3<f64>>, Refusal> {
     if wanted == Vector3::zeros() {
         return Ok(None);
     }
-    let unit = wanted.try_normalize(SHORTEST).filter(|unit| unit.iter().all(|number| number.is_finite()));
-    let unit = unit.filter(|unit| unit.norm() > 0.5).ok_or(Refusal::Direction { x, y, z })?;
+    let unit = wanted
+        .try_normalize(SHORTEST)
+        .filter(|unit| unit.iter().all(|number| number.is_finite()));
+    let unit = unit
+        .filter(|unit| unit.norm() > 0.5)
+        .ok_or(Refusal::Direction { x, y, z })?;
     if unit.z > RISING {
         return Err(Refusal::FromBelow { x, y, z });
     }
@@ -87,7 +91,10 @@ mod tests {
     #[test]
     fn an_empty_request_asks_for_whatever_can_be_picked() {
         let ask = Ask::read(&PlanGraspRequest::default()).expect("an ask");
-        assert_eq!((ask.mode, ask.direction, ask.capture_id.as_str()), (Mode::Solid, None, ""));
+        assert_eq!(
+            (ask.mode, ask.direction, ask.capture_id.as_str()),
+            (Mode::Solid, None, "")
+        );
     }
 
     #[test]

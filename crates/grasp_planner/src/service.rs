@@ -89,7 +89,9 @@ impl Desk {
     fn told(&self, planned: &Planned) -> (bool, String, GraspArray) {
         let base = self.parameters.base_frame_id.get();
         let grasps = messages::array(planned, &base);
-        let published = self.publishers.grasps(grasps.clone(), messages::best_pose(planned, &base));
+        let published = self
+            .publishers
+            .grasps(grasps.clone(), messages::best_pose(planned, &base));
         if let Err(error) = published {
             tracing::warn!(%error, "the grasps are not published");
         }

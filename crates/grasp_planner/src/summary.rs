@@ -26,7 +26,11 @@ pub(crate) fn refusals(plan: &Plan, cameras: &[&str]) -> String {
 }
 
 fn of_view(refused: &Refused, cameras: &[&str]) -> String {
-    let names: Vec<&str> = refused.views.iter().filter_map(|view| cameras.get(*view).copied()).collect();
+    let names: Vec<&str> = refused
+        .views
+        .iter()
+        .filter_map(|view| cameras.get(*view).copied())
+        .collect();
     let failures: Vec<String> = refused.failures.iter().map(ToString::to_string).collect();
     format!("{}: {}", names.join(" and "), failures.join(", "))
 }
@@ -104,7 +108,11 @@ mod tests {
         let plan = plan(vec![
             refused(&[0], Some(1.0), &[(Test::EdgeShare, 0.09, 0.04)]),
             refused(&[0, 1], Some(2.0), &[(Test::Border, 0.004, 0.0105)]),
-            refused(&[1], Some(3.0), &[(Test::Border, 0.009, 0.0105), (Test::Gap, 0.002, 0.0015)]),
+            refused(
+                &[1],
+                Some(3.0),
+                &[(Test::Border, 0.009, 0.0105), (Test::Gap, 0.002, 0.0015)],
+            ),
         ]);
         assert_eq!(
             refusals(&plan, &["c1", "c2"]),

@@ -78,17 +78,20 @@ pub(crate) mod tests {
     pub(crate) fn plate_at(camera: &str, [x, y]: [f64; 2]) -> SolvedView {
         let looking_down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         let is_plate = |x: usize, y: usize| (50..150).contains(&x) && (50..150).contains(&y);
-        let image = |inside: f32, outside: f32| {
-            Image::from_fn(200, 200, |x, y| if is_plate(x, y) { inside } else { outside })
-        };
+        let image =
+            |inside: f32, outside: f32| Image::from_fn(200, 200, |x, y| if is_plate(x, y) { inside } else { outside });
         SolvedView {
             camera: camera.into(),
             header: Header::default(),
             lens: PinholeCamera::new(200, 200, [500.0; 2], [99.5; 2]).expect("a lens"),
             base_from_camera: RigidTransform::from_parts(Vector3::new(x, y, 0.31), looking_down),
-            normals: Image::from_fn(200, 200, |x, y| {
-                if is_plate(x, y) { [0.0, 0.0, 1.0] } else { [f32::NAN; 3] }
-            }),
+            normals: Image::from_fn(
+                200,
+                200,
+                |x, y| {
+                    if is_plate(x, y) { [0.0, 0.0, 1.0] } else { [f32::NAN; 3] }
+                },
+            ),
             confidence: image(0.9, 0.0),
             mask: Mask::from_nonzero(&image(1.0, 0.0).map(|inside| *inside as u8)),
             depth: image(0.3, f32::NAN),
