@@ -286,6 +286,11 @@ async fn refusals(vision: &Vision, capture_id: &str) {
 async fn without_one_camera_the_other_goes_on_and_says_so() {
     let alone = |options| calibrated(options).parameter("cameras", vec!["c1".to_owned()]);
     let vision = Vision::start(alone, |options| options).await;
+    // The player wants somebody to look at every image.
+    let _images = vision
+        .operator
+        .subscription::<Image>("/cell/c2/image_raw", Qos::IMAGE)
+        .unwrap();
     vision.play(&["c1"]).await;
     let answer = vision.plan(PlanGraspRequest::default()).await;
     assert!(answer.success, "{}", answer.message);
