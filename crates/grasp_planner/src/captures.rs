@@ -192,7 +192,7 @@ mod tests {
         captures.solved("b", plate("c2"));
         let waiting = tokio::spawn({
             let captures = captures.clone();
-            async move { captures.wait("", &cameras(), Duration::from_secs(3600)).await }
+            async move { captures.wait("", &cameras(), Duration::from_hours(1)).await }
         });
         tokio::task::yield_now().await;
         assert!(!waiting.is_finished());

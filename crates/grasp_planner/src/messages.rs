@@ -106,7 +106,7 @@ mod tests {
         assert!(best.patch_radius > 0.01);
         assert_eq!((best.pregrasp_joints.len(), best.grasp_joints.len()), (7, 7));
         let pose = best_pose(&planned, "link_base").expect("within reach");
-        assert_eq!((pose.pose, pose.header), (best.grasp.clone(), array.header.clone()));
+        assert_eq!((pose.pose, pose.header), (best.grasp, array.header.clone()));
     }
 
     #[test]
