@@ -72,6 +72,11 @@ pub(crate) enum Refusal {
     Direction { x: f64, y: f64, z: f64 },
     #[error("direction ({x}, {y}, {z}) comes from below the table")]
     FromBelow { x: f64, y: f64, z: f64 },
+    #[error(
+        "direction is {degrees:.0} degrees off straight down, but thin objects are taken from above; \
+         allowed: {allowed:.0} degrees (parameter cone)"
+    )]
+    Sideways { degrees: f64, allowed: f64 },
     #[error("no capture has come since the start, waited {waited:.1} s")]
     NoCapture { waited: f64 },
     #[error("capture {id:?} is not known, waited {waited:.1} s; known: {known}")]

@@ -79,7 +79,8 @@ mod tests {
     use grasp::Cup;
 
     use super::*;
-    use crate::planning::tests::planned;
+    use crate::planning::tests::{planned, planned_on};
+    use crate::view::tests::disc;
 
     #[test]
     fn a_grasp_says_everything() {
@@ -115,6 +116,16 @@ mod tests {
         let array = array(&planned, "link_base");
         assert!(array.grasps[0].grasp_joints.is_empty() && array.grasps[0].pregrasp_joints.is_empty());
         assert!(!array.reason.is_empty() && best_pose(&planned, "link_base").is_none());
+    }
+
+    #[test]
+    fn a_thin_object_says_so() {
+        let array = array(&planned_on(disc("c2", 40.0), Mode::Thin, Cup::default()), "link_base");
+        let best = &array.grasps[0];
+        assert_eq!(
+            (best.mode, best.cameras.as_slice()),
+            (Grasp::THIN, &["c2".to_owned()][..])
+        );
     }
 
     #[test]

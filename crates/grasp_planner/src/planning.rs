@@ -89,17 +89,23 @@ impl Planned {
 pub(crate) mod tests {
     use std::sync::Arc;
 
-    use grasp::{Cup, PlanOptions, Way};
+    use geometry::nalgebra::Point3;
+    use grasp::{Cup, PlanOptions, Source, Way};
 
     use super::*;
     use crate::reach::tests::reach;
-    use crate::view::tests::plate_at;
+    use crate::view::SolvedView;
+    use crate::view::tests::{disc, plate_at};
 
     /// On the plate with its middle there, seen by `c1` while `c2` is missing.
     pub(crate) fn planned(middle: [f64; 2], cup: Cup) -> Planned {
+        planned_on(plate_at("c1", middle), Mode::Solid, cup)
+    }
+
+    pub(crate) fn planned_on(view: SolvedView, mode: Mode, cup: Cup) -> Planned {
         let capture = SolvedCapture {
             id: "a".into(),
-            views: vec![Arc::new(plate_at("c1", middle))],
+            views: vec![Arc::new(view)],
             missing: vec!["c2 took no part in it".into()],
         };
         let settings = Settings {
@@ -111,7 +117,7 @@ pub(crate) mod tests {
             },
             most_grasps: 3,
         };
-        Planned::new(capture, Mode::Solid, settings, &reach()).expect("a plan")
+        Planned::new(capture, mode, settings, &reach()).expect("a plan")
     }
 
     #[test]
@@ -149,5 +155,14 @@ pub(crate) mod tests {
             reason.starts_with("no grasp: ") && reason.contains("needed"),
             "{reason}"
         );
+    }
+
+    #[test]
+    fn a_disc_on_the_plate_is_found_by_its_outline() {
+        let planned = planned_on(disc("c1", 40.0), Mode::Thin, Cup::default());
+        let best = planned.best().expect("a grasp");
+        let off = best.grasp.contact - Point3::new(0.4, 0.0, 0.01);
+        assert!(off.norm() < 0.001, "{off}");
+        assert!(matches!(best.grasp.source, Source::Outline { .. }));
     }
 }

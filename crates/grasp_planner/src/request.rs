@@ -38,7 +38,8 @@ impl Mode {
 }
 
 impl Ask {
-    pub(crate) fn read(request: &PlanGraspRequest) -> Result<Self, Refusal> {
+    /// `cone` is the largest angle between approach and direction, radians.
+    pub(crate) fn read(request: &PlanGraspRequest, cone: f64) -> Result<Self, Refusal> {
         if !request.target.is_empty() {
             return Err(Refusal::Target {
                 name: request.target.clone(),
@@ -50,10 +51,14 @@ impl Ask {
             found => return Err(Refusal::Mode { found }),
         };
         let wanted = &request.direction;
+        let direction = direction(Vector3::new(wanted.x, wanted.y, wanted.z))?;
+        if mode == Mode::Thin {
+            require_downward(direction.as_ref(), cone)?;
+        }
         Ok(Self {
             capture_id: request.capture_id.clone(),
             mode,
-            direction: direction(Vector3::new(wanted.x, wanted.y, wanted.z))?,
+            direction,
         })
     }
 }
@@ -75,11 +80,25 @@ fn direction(wanted: Vector3<f64>) -> Result<Option<Vector3<f64>>, Refusal> {
     Ok(Some(unit))
 }
 
+/// The cup comes to thin objects along the table's normal only.
+fn require_downward(direction: Option<&Vector3<f64>>, cone: f64) -> Result<(), Refusal> {
+    let off = direction.map_or(0.0, |direction| direction.angle(&-Vector3::z()));
+    if off <= cone {
+        return Ok(());
+    }
+    Err(Refusal::Sideways {
+        degrees: off.to_degrees(),
+        allowed: cone.to_degrees(),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use interfaces::geometry_msgs::msg::Vector3 as Vector3Message;
 
     use super::*;
+
+    const CONE: f64 = 0.8;
 
     fn along(x: f64, y: f64, z: f64) -> PlanGraspRequest {
         PlanGraspRequest {
@@ -90,7 +109,7 @@ mod tests {
 
     #[test]
     fn an_empty_request_asks_for_whatever_can_be_picked() {
-        let ask = Ask::read(&PlanGraspRequest::default()).expect("an ask");
+        let ask = Ask::read(&PlanGraspRequest::default(), CONE).expect("an ask");
         assert_eq!(
             (ask.mode, ask.direction, ask.capture_id.as_str()),
             (Mode::Solid, None, "")
@@ -99,7 +118,7 @@ mod tests {
 
     #[test]
     fn a_direction_may_have_any_length() {
-        let ask = Ask::read(&along(0.0, -300.0, 0.0)).expect("an ask");
+        let ask = Ask::read(&along(0.0, -300.0, 0.0), CONE).expect("an ask");
         assert_eq!(ask.direction, Some(-Vector3::y()));
     }
 
@@ -113,7 +132,12 @@ mod tests {
             mode: 7,
             ..PlanGraspRequest::default()
         };
+        let sideways = PlanGraspRequest {
+            mode: Grasp::THIN,
+            ..along(1.0, 0.0, 0.0)
+        };
         for (request, expected) in [
+            (sideways, "90 degrees off straight down, but thin objects"),
             (target, "\"mug\", but named objects cannot be looked for"),
             (mode, "mode is 7"),
             (along(0.0, f64::NAN, 0.0), "direction is (0, NaN, 0)"),
@@ -121,7 +145,7 @@ mod tests {
             (along(0.0, 1e-9, 0.0), "longer than 1e-6"),
             (along(0.0, 0.0, 1.0), "from below the table"),
         ] {
-            let text = Ask::read(&request).expect_err("refused").to_string();
+            let text = Ask::read(&request, CONE).expect_err("refused").to_string();
             assert!(text.contains(expected), "{text}");
         }
     }

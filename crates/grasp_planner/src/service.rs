@@ -73,8 +73,8 @@ impl Desk {
     }
 
     async fn plan(&self, request: &PlanGraspRequest) -> Result<Planned, Refusal> {
-        let ask = Ask::read(request)?;
         let mut settings = self.parameters.settings()?;
+        let ask = Ask::read(request, settings.options.search.cone)?;
         if let Some(direction) = ask.direction {
             settings.options.directions = vec![-direction];
         }

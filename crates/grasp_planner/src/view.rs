@@ -99,4 +99,14 @@ pub(crate) mod tests {
             edge_confidence: image(0.0, 0.0),
         }
     }
+
+    /// A plate with a disc on it whose outline has this radius in the image.
+    pub(crate) fn disc(camera: &str, radius_px: f64) -> SolvedView {
+        let is_outline = |x: usize, y: usize| ((x as f64 - 99.5).hypot(y as f64 - 99.5) - radius_px).abs() < 0.6;
+        SolvedView {
+            edges: Mask::from_nonzero(&Image::from_fn(200, 200, |x, y| u8::from(is_outline(x, y)))),
+            edge_confidence: Image::filled(200, 200, 1.0),
+            ..plate(camera)
+        }
+    }
 }
