@@ -230,7 +230,7 @@ async fn results_and_further_topics_are_recorded_and_everything_is_played_again(
     let domain = Domain::claim();
     let cell = domain.node("cell").await;
     let mut published = Published::default();
-    let maps = ["normals", "depth", "edges", "edge_confidence"]
+    let maps = ["normals", "confidence", "mask", "depth", "edges", "edge_confidence"]
         .map(|what| cell.publisher::<Image>(&format!("c1/{what}"), Qos::MAP).unwrap());
     let points = cell.publisher::<PointCloud2>("c1/points", Qos::MAP).unwrap();
     let grasps = cell.publisher::<GraspArray>("grasps", Qos::STREAM).unwrap();

@@ -93,6 +93,8 @@ fn results(cameras: &[String]) -> Vec<Wanted> {
         let image = |what: &str| Wanted::new(format!("{camera}/{what}"), Image::TYPE_NAME);
         [
             image("normals"),
+            image("confidence"),
+            image("mask"),
             image("depth"),
             image("edges"),
             image("edge_confidence"),

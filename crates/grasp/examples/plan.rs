@@ -10,15 +10,10 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
-use common::overlay::Overlay;
 use common::{Solved, inputs, lights, solve_scene};
 use geometry::nalgebra::{Point2, Point3, Vector3};
-use grasp::{Cup, Grasp, GraspError, Plan, PlanOptions, Source, ViewInput, plan, plan_thin};
+use grasp::{Cup, Grasp, GraspError, Overlay, Plan, PlanOptions, Source, ViewInput, plan, plan_thin};
 use imaging::{encode_png, gray_picture, gray_to_rgb};
-
-const GRASP: [u8; 3] = [60, 255, 60];
-const ONE_VIEW: [u8; 3] = [255, 220, 40];
-const REFUSED: [u8; 3] = [255, 70, 70];
 
 /// How far grasps are from the truth.
 #[derive(Default)]
@@ -166,17 +161,11 @@ fn draw(plan: &Plan, solved: &[Solved], cup: &Cup, path: &str) -> Result<(), Box
         let brightest = image.pixels().iter().copied().max().unwrap_or(u16::MAX);
         let gray = gray_to_rgb(&gray_picture(image, 0.0, 1.5 * f32::from(brightest))?);
         let mut overlay = Overlay::new(gray, captured.view.camera, &captured.view.base_from_camera);
-        for refused in &plan.refused {
-            if let (Some(contact), Some(normal)) = (&refused.contact, &refused.normal) {
-                overlay.cup(contact, normal, cup.radius(), REFUSED);
-            }
-        }
-        for (rank, grasp) in plan.grasps.iter().enumerate().rev() {
-            let colour = if kind(grasp) == 1 { ONE_VIEW } else { GRASP };
-            overlay.cup(&grasp.contact, &grasp.normal, cup.radius(), colour);
-            overlay.number(&grasp.contact, rank, colour);
-        }
-        std::fs::write(format!("{path}_{}.png", captured.camera), encode_png(&overlay.picture)?)?;
+        overlay.plan(plan, cup);
+        std::fs::write(
+            format!("{path}_{}.png", captured.camera),
+            encode_png(overlay.picture())?,
+        )?;
     }
     Ok(())
 }

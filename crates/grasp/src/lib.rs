@@ -5,7 +5,8 @@
 //! was refused with the test it failed, what was measured and what is allowed. [`plan_thin`] does so for flat objects
 //! that only their outlines tell. The method, its sources and figures are in this crate's `README.md`.
 //!
-//! Not here: whether the arm gets there and what it hits on the way.
+//! [`Grasp::approach`] gives the tool's poses before, at and after the contact. Not here: whether the arm gets there and
+//! what it hits on the way.
 //!
 //! ```
 //! use geometry::nalgebra::{UnitQuaternion, Vector3};
@@ -38,6 +39,7 @@
 //! ```
 
 mod align;
+mod approach;
 mod assess;
 mod chart;
 mod correspondence;
@@ -51,6 +53,7 @@ mod likelihood;
 mod mean_shift;
 mod moments;
 mod options;
+mod overlay;
 mod patch;
 mod plan;
 mod rank;
@@ -63,9 +66,11 @@ mod thin;
 mod triangulate;
 mod view;
 
+pub use approach::{Approach, Way};
 pub use cup::Cup;
 pub use error::GraspError;
 pub use options::{Limits, MatchOptions, PlanOptions, SearchOptions, Weights};
+pub use overlay::Overlay;
 pub use plan::plan;
 pub use refusal::{Failure, Refused, Test};
 pub use result::{Grasp, Measured, Plan, Scores, Source};

@@ -1,12 +1,13 @@
 //! The node that turns a capture's images into a normal map.
 //!
 //! It takes `<camera>/image_raw` with `<camera>/exposure` (which says what light was on), collects a capture until it is
-//! whole, solves it by least squares, and publishes `<camera>/normals` (`32FC3`, unit vectors in the base frame, NaN
-//! where there is no measurement) with `<camera>/normals/preview` for people. A capture that cannot be solved is named
-//! with the reason; nothing stale or partial is published.
+//! whole, solves it, and publishes `<camera>/normals` (`32FC3`, unit vectors in the base frame, NaN where there is no
+//! measurement) with `<camera>/normals/preview` for people. With calibrated panels (`lights.file`) it also publishes
+//! `confidence`, `mask` (the objects' pixels), `depth`, `edges`, `edge_confidence` and `points`; without, lights are far
+//! away and there are normals alone. A capture that cannot be solved is named with the reason; nothing stale or partial
+//! is published.
 //!
-//! It is *not* the final solver: one direction per light, no shadow test, no depth. The maths is in `photometric`; this
-//! crate converts, calls and publishes.
+//! The maths is in `photometric`; this crate converts, calls and publishes.
 
 mod assembler;
 mod camera;

@@ -4,7 +4,7 @@ use imaging::{Image, Pixel};
 use interfaces::ByteSequence;
 use interfaces::sensor_msgs::msg::{CompressedImage, Image as ImageMessage, PointCloud2, PointField};
 use interfaces::std_msgs::msg::Header;
-use photometric::{EdgeMap, SurfacePoint, surface_points};
+use photometric::{EdgeMap, NormalSolution, SurfacePoint, surface_points};
 use ros::{Node, Publisher, Qos};
 
 use crate::convert;
@@ -15,6 +15,8 @@ use crate::near_field::Solved;
 pub(crate) struct Results {
     normals: Publisher<ImageMessage>,
     normals_preview: Publisher<CompressedImage>,
+    confidence: Publisher<ImageMessage>,
+    mask: Publisher<ImageMessage>,
     depth: Publisher<ImageMessage>,
     edges: Publisher<ImageMessage>,
     edge_confidence: Publisher<ImageMessage>,
@@ -29,6 +31,8 @@ impl Results {
         Ok(Self {
             normals: image("normals")?,
             normals_preview: picture("normals")?,
+            confidence: image("confidence")?,
+            mask: image("mask")?,
             depth: image("depth")?,
             edges: image("edges")?,
             edge_confidence: image("edge_confidence")?,
@@ -66,7 +70,17 @@ impl Results {
             .publish(image_message(header.clone(), "32FC1", confidence))?;
         self.depth
             .publish(image_message(header.clone(), "32FC1", solution.depth.depth))?;
-        self.publish_normals(header, solution.normals.normals)
+        let NormalSolution {
+            normals,
+            confidence,
+            mask,
+            ..
+        } = solution.normals;
+        self.confidence
+            .publish(image_message(header.clone(), "32FC1", confidence))?;
+        self.mask
+            .publish(image_message(header.clone(), "mono8", mask.as_image().clone()))?;
+        self.publish_normals(header, normals)
     }
 }
 

@@ -13,10 +13,11 @@ use crate::ending::asked_to_end;
 use crate::failure::Failure;
 
 /// The nodes that this binary has.
-pub(crate) const NODES: [&str; 6] = [
+pub(crate) const NODES: [&str; 7] = [
     bag_player::NAME,
     bag_recorder::NAME,
     camera_capture::NAME,
+    grasp_planner::NAME,
     light_sequencer::NAME,
     normal_solver::NAME,
     trajectory_executor::NAME,
@@ -78,6 +79,7 @@ impl Running {
         let served = node.clone();
         let task: BoxFuture<anyhow::Result<()>> = match name {
             normal_solver::NAME => Box::pin(async { Ok(normal_solver::run(served).await?) }),
+            grasp_planner::NAME => Box::pin(async { Ok(grasp_planner::run(served).await?) }),
             bag_recorder::NAME => Box::pin(async { Ok(bag_recorder::run(served).await?) }),
             camera_capture::NAME => Box::pin(async { Ok(camera_capture::run(served).await?) }),
             light_sequencer::NAME => Box::pin(async { Ok(light_sequencer::run(served).await?) }),
@@ -115,8 +117,8 @@ impl Running {
 /// A node that refuses its parameters was started wrongly; anything else is the job's failure.
 fn failure(error: anyhow::Error) -> Failure {
     use {
-        bag_player as player, bag_recorder as recorder, camera_capture as capture, light_sequencer as lights,
-        normal_solver as solver, trajectory_executor as executor,
+        bag_player as player, bag_recorder as recorder, camera_capture as capture, grasp_planner as planner,
+        light_sequencer as lights, normal_solver as solver, trajectory_executor as executor,
     };
     let player = matches!(
         error.downcast_ref(),
@@ -142,7 +144,11 @@ fn failure(error: anyhow::Error) -> Failure {
         error.downcast_ref(),
         Some(executor::Error::Parameter(_) | executor::Error::Description { .. } | executor::Error::Value { .. })
     );
-    if player || recorder || capture || lights || solver || executor {
+    let planner = matches!(
+        error.downcast_ref(),
+        Some(planner::Error::Parameter(_) | planner::Error::Description { .. } | planner::Error::Value { .. })
+    );
+    if player || recorder || capture || lights || solver || executor || planner {
         return Failure::usage(error);
     }
     Failure::from(error)

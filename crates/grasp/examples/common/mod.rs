@@ -1,8 +1,6 @@
 //! Captures with truth, solved: what the examples plan on.
 #![allow(dead_code, reason = "each example uses its part")]
 
-pub(crate) mod overlay;
-
 use std::error::Error;
 use std::path::Path;
 

@@ -4,9 +4,22 @@ use geometry::nalgebra::{Point2, Point3, Vector3};
 use geometry::{PinholeCamera, RigidTransform};
 use imaging::Image;
 
-/// A picture and the camera that took it.
-pub(crate) struct Overlay {
-    pub(crate) picture: Image<[u8; 3]>,
+use crate::cup::Cup;
+use crate::result::{Plan, Source};
+use crate::view::ViewInput;
+
+const GRASP: [u8; 3] = [60, 255, 60];
+const ONE_VIEW: [u8; 3] = [255, 220, 40];
+const REFUSED: [u8; 3] = [255, 70, 70];
+const EDGE: [u8; 3] = [90, 140, 255];
+
+/// Towards the light of the relief that stands for a view's image: from the upper left, as maps have it.
+const LIGHT: [f32; 3] = [0.45, 0.45, 0.77];
+
+/// A picture of a view, to be drawn into.
+#[derive(Debug, Clone)]
+pub struct Overlay {
+    picture: Image<[u8; 3]>,
     camera: PinholeCamera,
     camera_from_base: RigidTransform,
 }
@@ -27,11 +40,50 @@ const DIGITS: [[u8; 5]; 10] = [
 const DIGIT_SCALE: i64 = 3;
 
 impl Overlay {
-    pub(crate) fn new(picture: Image<[u8; 3]>, camera: PinholeCamera, base_from_camera: &RigidTransform) -> Self {
+    /// On a picture of the camera's size.
+    pub fn new(picture: Image<[u8; 3]>, camera: PinholeCamera, base_from_camera: &RigidTransform) -> Self {
         Self {
             picture,
             camera,
             camera_from_base: base_from_camera.inverse(),
+        }
+    }
+
+    /// On a relief of the view's normals, with its depth edges in blue.
+    pub fn on_relief(view: &ViewInput<'_>) -> Self {
+        let mut picture = view.normals.map(relief);
+        let edges = view.edges.as_image().pixels();
+        for (pixel, _) in picture
+            .pixels_mut()
+            .iter_mut()
+            .zip(edges)
+            .filter(|(_, edge)| **edge != 0)
+        {
+            *pixel = EDGE;
+        }
+        Self::new(picture, view.camera, &view.base_from_camera)
+    }
+
+    /// What was drawn.
+    pub fn picture(&self) -> &Image<[u8; 3]> {
+        &self.picture
+    }
+
+    /// Grasps as footprint, normal and rank (0 is the best), green, or yellow where only one view shows them; what was
+    /// refused in red.
+    pub fn plan(&mut self, plan: &Plan, cup: &Cup) {
+        for refused in &plan.refused {
+            if let (Some(contact), Some(normal)) = (&refused.contact, &refused.normal) {
+                self.cup(contact, normal, cup.radius(), REFUSED);
+            }
+        }
+        for (rank, grasp) in plan.grasps.iter().enumerate().rev() {
+            let colour = match grasp.source {
+                Source::OneView { .. } => ONE_VIEW,
+                Source::BothViews { .. } | Source::Outline { .. } => GRASP,
+            };
+            self.cup(&grasp.contact, &grasp.normal, cup.radius(), colour);
+            self.number(&grasp.contact, rank, colour);
         }
     }
 
@@ -47,7 +99,7 @@ impl Overlay {
     }
 
     /// A straight line in space.
-    pub(crate) fn line(&mut self, from: &Point3<f64>, to: &Point3<f64>, colour: [u8; 3]) {
+    fn line(&mut self, from: &Point3<f64>, to: &Point3<f64>, colour: [u8; 3]) {
         let (Some(a), Some(b)) = (self.pixel(from), self.pixel(to)) else {
             return;
         };
@@ -59,7 +111,7 @@ impl Overlay {
     }
 
     /// A circle in space, with a stroke along its normal.
-    pub(crate) fn cup(&mut self, centre: &Point3<f64>, normal: &Vector3<f64>, radius: f64, colour: [u8; 3]) {
+    fn cup(&mut self, centre: &Point3<f64>, normal: &Vector3<f64>, radius: f64, colour: [u8; 3]) {
         let helper = if normal.x.abs() < 0.6 {
             Vector3::x()
         } else {
@@ -78,7 +130,7 @@ impl Overlay {
     }
 
     /// A number beside a point.
-    pub(crate) fn number(&mut self, at: &Point3<f64>, number: usize, colour: [u8; 3]) {
+    fn number(&mut self, at: &Point3<f64>, number: usize, colour: [u8; 3]) {
         let Some(pixel) = self.pixel(at) else { return };
         let digits: Vec<usize> = number
             .to_string()
@@ -104,5 +156,15 @@ impl Overlay {
                 }
             }
         }
+    }
+}
+
+/// Gray of a surface in the relief's light; black where there is no normal.
+fn relief(normal: &[f32; 3]) -> [u8; 3] {
+    let cosine: f32 = normal.iter().zip(LIGHT).map(|(n, l)| n * l).sum();
+    if cosine.is_finite() {
+        [(40.0 + 190.0 * cosine.max(0.0)).min(255.0) as u8; 3]
+    } else {
+        [0; 3]
     }
 }
