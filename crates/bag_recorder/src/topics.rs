@@ -155,7 +155,7 @@ mod tests {
     fn every_topic_of_the_cell_has_a_type_that_can_be_recorded() {
         let cameras = ["c1".to_owned(), "c2".to_owned()];
         let all = [session(&cameras), results(&cameras), further(&cameras)].concat();
-        assert_eq!(all.len(), 11 + 12 + 9);
+        assert_eq!(all.len(), 11 + 16 + 9);
         for topic in all {
             assert!(RECORDED_TYPES.contains(&topic.type_name.as_str()), "{topic:?}");
         }
