@@ -143,15 +143,8 @@ impl Executor {
 
     /// The measured state is new, free of faults, and where the arm was sent.
     fn require_fresh(&self, at: &JointValues) -> Result<(), MotionError> {
-        let state = self.arm.state();
-        let state = state.borrow();
-        let Some(joints) = state
-            .joints
-            .filter(|joints| joints.received_at.elapsed() < self.state_timeout)
-        else {
-            return Err(not_ready("the controller has reported no joint angles for too long"));
-        };
-        for (index, (commanded, measured)) in at.iter().zip(&joints.angles).enumerate() {
+        let measured = self.measured()?;
+        for (index, (commanded, measured)) in at.iter().zip(&measured).enumerate() {
             if (commanded - measured).abs() > HELD_WITHIN {
                 return Err(MotionError::Elsewhere {
                     joint: index + 1,
@@ -305,6 +298,7 @@ impl Executor {
         self.held_at().or_else(|_| self.measured())
     }
 
+    /// By a report that is new.
     fn measured(&self) -> Result<JointValues, MotionError> {
         let state = self.arm.state();
         let state = state.borrow();
