@@ -1,7 +1,9 @@
 """The arm as rclpy users see it: the real node and driver, the simulated controller behind its sockets."""
 
 import os
+import pathlib
 import signal
+import sys
 import time
 
 import numpy as np
@@ -212,3 +214,12 @@ def test_the_description_and_steady_joint_states(arm):
     stamps = [message.header.stamp.sec + message.header.stamp.nanosec * 1e-9 for message in arm.joints[seen:]]
     # The reports come 100 times a second; machines that run tests lose some.
     assert 0.9 < stamps[-1] - stamps[0] < 10.0 and time.monotonic() - begun < TIMEOUT
+
+
+def test_the_example_moves_the_arm_and_ends_at_home(arm, start):
+    example = pathlib.Path(__file__).parent / "examples" / "move_arm.py"
+    script = start(sys.executable, example, "--speed", "0.25")
+    script.expected_to_end = True
+    assert script.wait() == 0, script.stdout() + script.stderr()
+    assert script.stdout().split("\n")[-2] == "home: the arm is at home"
+    np.testing.assert_allclose(arm.position(), HOME, atol=2e-3)
