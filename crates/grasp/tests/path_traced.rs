@@ -1,12 +1,14 @@
 //! Grasps on solved path-traced captures, against the true surface.
 
+#[path = "../examples/common/mod.rs"]
+mod scenes;
+
 use std::path::{Path, PathBuf};
 
-use calibration_files::LightsFile;
 use geometry::nalgebra::{Point2, Point3, Vector3};
-use grasp::{Cup, Grasp, PlanOptions, Source, ViewInput, plan};
-use photometric::{Capture, LightRig, PixelRays, SensorNoise, SolveOptions, ViewSolution, solve_view};
-use rig_scenes::{CapturedView, SceneFolder, find_scenes};
+use grasp::{Cup, Grasp, PlanOptions, Source, plan};
+use rig_scenes::{CapturedView, find_scenes};
+use scenes::{inputs, lights, solve_scene};
 
 fn scenes() -> Option<Vec<PathBuf>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/rig/objects");
@@ -15,37 +17,6 @@ fn scenes() -> Option<Vec<PathBuf>> {
     }
     println!("SKIPPED: {} is missing", folder.display());
     None
-}
-
-fn solved(folder: &Path, rig: &LightRig) -> Vec<(CapturedView, ViewSolution)> {
-    let solve = |captured: CapturedView| {
-        let rays = PixelRays::new(&captured.view.camera);
-        let capture = Capture {
-            stack: &captured.stack,
-            view: &captured.view,
-            rays: &rays,
-            rig,
-            noise: SensorNoise::RIG,
-        };
-        let solution = solve_view(&capture, &SolveOptions::default()).unwrap();
-        (captured, solution)
-    };
-    let views = SceneFolder::open(folder).unwrap().views().unwrap();
-    views.into_iter().map(solve).collect()
-}
-
-fn input((captured, solution): &(CapturedView, ViewSolution)) -> ViewInput<'_> {
-    ViewInput {
-        name: &captured.camera,
-        camera: captured.view.camera,
-        base_from_camera: captured.view.base_from_camera,
-        normals: &solution.normals.normals,
-        confidence: &solution.normals.confidence,
-        edges: &solution.edges.edges,
-        edge_confidence: &solution.edges.confidence,
-        mask: &solution.normals.mask,
-        depth: Some(&solution.depth.depth),
-    }
 }
 
 /// Distance along the true normal, metres, and angle to it, degrees, where a view shows the contact.
@@ -72,12 +43,11 @@ fn quantile(values: &mut [f64], share: f64) -> f64 {
 #[test]
 fn triangulated_grasps_are_within_1_mm_and_5_degrees() {
     let Some(scenes) = scenes() else { return };
-    let lights = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../launch_configs/calibration/lights.yaml");
-    let rig = LightsFile::read(&lights).unwrap().rig().unwrap();
+    let rig = lights().unwrap();
     let (mut lengths, mut angles, mut names) = (Vec::new(), Vec::new(), Vec::new());
     for folder in scenes {
-        let solved = solved(&folder, &rig);
-        let inputs: Vec<ViewInput<'_>> = solved.iter().map(input).collect();
+        let solved = solve_scene(&folder, &rig).unwrap();
+        let inputs = inputs(&solved);
         // Spot is too round for the usual cup.
         for diameter in [0.012, 0.02] {
             let cup = Cup {
@@ -90,7 +60,7 @@ fn triangulated_grasps_are_within_1_mm_and_5_degrees() {
                 .iter()
                 .filter(|grasp| matches!(grasp.source, Source::BothViews { .. }))
             {
-                let (off, angle) = errors(grasp, &solved[0].0);
+                let (off, angle) = errors(grasp, &solved[0].captured);
                 println!("{}: {:+.2} mm, {angle:.2} degrees", folder.display(), 1e3 * off);
                 lengths.push(off.abs());
                 angles.push(angle);

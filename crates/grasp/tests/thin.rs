@@ -1,16 +1,15 @@
 //! Thin objects by their outlines.
 
 mod common;
+#[path = "../examples/common/mod.rs"]
+mod scenes;
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use calibration_files::LightsFile;
 use common::{Body, Seen, inputs, see};
 use geometry::nalgebra::{Point3, Rotation3, Vector3};
-use grasp::{Cup, Plan, PlanOptions, Source, Test, ViewInput, plan_thin};
-use photometric::{Capture, PixelRays, SensorNoise, SolveOptions, ViewSolution, solve_view};
-use rig_scenes::{CapturedView, SceneFolder};
+use grasp::{Cup, Plan, PlanOptions, Source, Test, plan_thin};
 
 const SIZE: usize = 640;
 
@@ -139,47 +138,12 @@ fn scene(name: &str) -> Option<PathBuf> {
     None
 }
 
-fn solved(folder: &Path) -> Vec<(CapturedView, ViewSolution)> {
-    let lights = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../launch_configs/calibration/lights.yaml");
-    let rig = LightsFile::read(&lights).unwrap().rig().unwrap();
-    let solve = |captured: CapturedView| {
-        let rays = PixelRays::new(&captured.view.camera);
-        let capture = Capture {
-            stack: &captured.stack,
-            view: &captured.view,
-            rays: &rays,
-            rig: &rig,
-            noise: SensorNoise::RIG,
-        };
-        let solution = solve_view(&capture, &SolveOptions::default()).unwrap();
-        (captured, solution)
-    };
-    SceneFolder::open(folder)
-        .unwrap()
-        .views()
-        .unwrap()
-        .into_iter()
-        .map(solve)
-        .collect()
-}
-
 /// A disc of 50 mm on a plate with the same print: no contrast, only shadows tell it.
 #[test]
 fn the_printed_disc_is_held_in_its_middle() {
     let Some(folder) = scene("disc") else { return };
-    let solved = solved(&folder);
-    let inputs = solved.iter().map(|(captured, solution)| ViewInput {
-        name: &captured.camera,
-        camera: captured.view.camera,
-        base_from_camera: captured.view.base_from_camera,
-        normals: &solution.normals.normals,
-        confidence: &solution.normals.confidence,
-        edges: &solution.edges.edges,
-        edge_confidence: &solution.edges.confidence,
-        mask: &solution.normals.mask,
-        depth: Some(&solution.depth.depth),
-    });
-    let inputs: Vec<ViewInput<'_>> = inputs.collect();
+    let solved = scenes::solve_scene(&folder, &scenes::lights().unwrap()).unwrap();
+    let inputs = scenes::inputs(&solved);
     let found = plan_thin(&inputs, &Cup::default(), &PlanOptions::default()).unwrap();
     let grasp = &found.grasps[0];
     // Its foot is 3 mm over the table, its thickness 3.15 mm.

@@ -1,5 +1,5 @@
-//! Captures with truth, solved: what the examples plan on.
-#![allow(dead_code, reason = "each example uses its part")]
+//! Captures with truth, solved: what examples and tests plan on.
+#![allow(dead_code, reason = "each program uses its part")]
 
 use std::error::Error;
 use std::path::Path;
