@@ -58,6 +58,8 @@ fn grasp(placed: &Placed, mode: Mode, cameras: &[&str]) -> Grasp {
         seal_score: grasp.scores.seal() as f32,
         wrench_score: grasp.scores.wrench() as f32,
         patch_radius: grasp.patch_radius as f32,
+        object_radius: 0.0,
+        object_length: 0.0,
         pregrasp_joints: joints.map(|angles| angles.pregrasp.to_vec()).unwrap_or_default(),
         grasp_joints: joints.map(|angles| angles.grasp.to_vec()).unwrap_or_default(),
         cameras: seen_by(&grasp.source, cameras),
