@@ -18,12 +18,16 @@ pub mod resources;
 
 mod domain;
 mod logs;
+mod place;
 mod program;
+mod rendered_capture;
 mod statistics;
 mod waiting;
 
 pub use domain::Domain;
 pub use logs::Logs;
+pub use place::{NodeProcesses, Place, rakelight, repository};
 pub use program::Program;
+pub use rendered_capture::RenderedCapture;
 pub use statistics::quantile;
 pub use waiting::{TIMEOUT, eventually, within};

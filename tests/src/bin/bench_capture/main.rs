@@ -14,11 +14,11 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Parser;
-use scenarios::Domain;
+use scenarios::{Domain, Place};
 use tracing::level_filters::LevelFilter;
 
 use measure::Operator;
-use nodes::{Nodes, Transport};
+use nodes::Transport;
 use pins::Pins;
 use report::{Recording, Report};
 
@@ -57,29 +57,26 @@ async fn main() -> anyhow::Result<ExitCode> {
 
 async fn everything(arguments: &Arguments) -> anyhow::Result<Report> {
     let folder = tempfile::tempdir()?;
-    let world = nodes::world(folder.path())?;
+    let place = Place::new(folder.path());
+    let world = nodes::world(&place)?;
     eprintln!("rendering both views ...");
     let rendering = rendering::measure(&world)?;
     let pins = Pins::default();
     let cell = nodes::simulated_cell(world, &pins)?;
     eprintln!("{} captures over UDP ...", arguments.count);
-    let udp = captures(arguments, Transport::Udp, folder.path()).await?;
+    let udp = captures(arguments, Transport::Udp, &place).await?;
     eprintln!("{} captures over packet sockets ...", arguments.count);
-    let packet_socket = captures(arguments, Transport::PacketSocket, folder.path()).await?;
+    let packet_socket = captures(arguments, Transport::PacketSocket, &place).await?;
     eprintln!("{} captures with and without a recording ...", 2 * arguments.recorded);
-    let recording = recording(arguments, folder.path()).await?;
+    let recording = recording(arguments, &place, folder.path()).await?;
     let report = Report::new(udp, packet_socket, &pins.on_times(), recording, rendering);
     drop(cell);
     Ok(report)
 }
 
-async fn captures(
-    arguments: &Arguments,
-    transport: Transport,
-    folder: &std::path::Path,
-) -> anyhow::Result<measure::Captures> {
+async fn captures(arguments: &Arguments, transport: Transport, place: &Place) -> anyhow::Result<measure::Captures> {
     let domain = Domain::claim();
-    let nodes = Nodes::start(&domain, folder, transport)?;
+    let nodes = nodes::start(&domain, place, transport)?;
     let operator = Operator::start(&domain).await?;
     let captures = operator.captures(arguments.count, Duration::ZERO).await?;
     operator.stop().await;
@@ -87,9 +84,9 @@ async fn captures(
     Ok(captures)
 }
 
-async fn recording(arguments: &Arguments, folder: &std::path::Path) -> anyhow::Result<Recording> {
+async fn recording(arguments: &Arguments, place: &Place, folder: &std::path::Path) -> anyhow::Result<Recording> {
     let domain = Domain::claim();
-    let nodes = Nodes::start(&domain, folder, Transport::Udp)?;
+    let nodes = nodes::start(&domain, place, Transport::Udp)?;
     let operator = Operator::start(&domain).await?;
     let recording = operator
         .compare_recording(arguments.recorded, Duration::from_secs_f64(arguments.pause), folder)

@@ -5,7 +5,6 @@
 //! as yardsticks.
 
 mod peer;
-mod scene;
 mod timing;
 
 use std::path::Path;
@@ -16,9 +15,10 @@ use photometric::{
     Capture, EdgeInput, EdgeOptions, IntegrationInput, IntegrationOptions, LightRig, PolynomialRig, ReferenceOptions,
     SolveOptions, integrate, object_mask, occlusion_edges, reference_normals, solve_normals, solve_view,
 };
+use scenarios::RenderedCapture;
 use serde::Serialize;
+use sim::scene::View;
 
-use scene::Subject;
 use timing::{peak_mb, reset_peak, threads};
 
 #[derive(Parser)]
@@ -69,7 +69,7 @@ fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let rig = LightsFile::read(&root.join("launch_configs/calibration/lights.yaml"))?.rig()?;
-    let subject = Subject::render(arguments.size)?;
+    let subject = RenderedCapture::render(View::rig_c1()?, arguments.size)?;
     let report = measure(&subject, &rig, &arguments)?;
     println!("{}", for_people(&report));
     if arguments.json {
@@ -78,7 +78,7 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-fn measure(subject: &Subject, rig: &LightRig, arguments: &Arguments) -> anyhow::Result<Report> {
+fn measure(subject: &RenderedCapture, rig: &LightRig, arguments: &Arguments) -> anyhow::Result<Report> {
     let capture = subject.capture(rig);
     reset_peak();
     let two_threads = times(&capture, arguments.runs)?;

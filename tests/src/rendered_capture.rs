@@ -1,4 +1,4 @@
-//! The capture that is solved: the stepped octagon under the rig.
+//! The capture that solving is timed with: the stepped octagon under the rig.
 
 use geometry::nalgebra::{UnitQuaternion, Vector3};
 use geometry::{PinholeCamera, RigidTransform};
@@ -11,17 +11,22 @@ use sim::sensor::{Exposure, LightState, Region, Sensor};
 
 const SATURATION: u16 = 65_520;
 
-/// A capture and what belongs to it.
-pub(crate) struct Subject {
+/// A rendered capture of one camera, and what belongs to it.
+#[derive(Debug)]
+pub struct RenderedCapture {
     stack: ExposureStack,
     view: photometric::View,
     rays: PixelRays,
 }
 
-impl Subject {
-    /// Camera 1's view with `size` pixels along each side.
-    pub(crate) fn render(size: usize) -> anyhow::Result<Self> {
-        let view = resized(View::rig_c1()?, size)?;
+impl RenderedCapture {
+    /// A camera of the rig, with `size` pixels along each side.
+    ///
+    /// # Errors
+    ///
+    /// When there is no image of that size.
+    pub fn render(view: View, size: usize) -> anyhow::Result<Self> {
+        let view = resized(view, size)?;
         let seen = render(&scene()?, &view, &RenderOptions { seed: 3 })?;
         let images = (0..=7_u8).map(|light| Ok((light, expose(&seen, light, size)?)));
         let images = images.collect::<anyhow::Result<Vec<_>>>()?;
@@ -35,7 +40,13 @@ impl Subject {
         })
     }
 
-    pub(crate) fn capture<'a>(&'a self, rig: &'a LightRig) -> Capture<'a> {
+    /// The camera.
+    pub fn view(&self) -> &photometric::View {
+        &self.view
+    }
+
+    /// As it is solved.
+    pub fn capture<'a>(&'a self, rig: &'a LightRig) -> Capture<'a> {
         Capture {
             stack: &self.stack,
             view: &self.view,
