@@ -60,8 +60,8 @@ pub(crate) async fn asked_to_end(with_stdin: bool) -> std::io::Result<()> {
     Ok(())
 }
 
-/// On a thread of its own: tokio's standard input would keep the runtime from ending.
-async fn end_of_input() {
+/// Waits for the end of standard input, on a thread of its own: tokio's would keep the runtime from ending.
+pub(crate) async fn end_of_input() {
     let (ended, end) = oneshot::channel::<()>();
     thread::spawn(move || {
         let mut input = std::io::stdin().lock();

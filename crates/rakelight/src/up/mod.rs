@@ -20,7 +20,7 @@ use clap::Args;
 use ros::{DiscoveryRange, LaunchConfig, Node, NodeOptions, ParameterValue, RosArguments};
 use tokio::sync::watch;
 
-use crate::ending::Signals;
+use crate::ending::{Signals, end_of_input};
 use crate::failure::Failure;
 use crate::nodes::NODES;
 use crate::running_cell::{self, RunningCell};
@@ -54,9 +54,15 @@ pub(crate) struct Arguments {
     /// Launch config [default: `launch_configs/sim.yaml`, here or in the repository of this program].
     #[arg(long)]
     config: Option<PathBuf>,
+    /// World file of a simulated cell, in place of the config's.
+    #[arg(long)]
+    world: Option<PathBuf>,
     /// Tell what happens as one JSON object a line.
     #[arg(long)]
     json: bool,
+    /// End when standard input does: a pipe from the parent closes when the parent dies.
+    #[arg(long)]
+    end_with_stdin: bool,
 }
 
 pub(crate) async fn run(arguments: Arguments, ros_arguments: &RosArguments) -> Result<(), Failure> {
@@ -66,7 +72,8 @@ pub(crate) async fn run(arguments: Arguments, ros_arguments: &RosArguments) -> R
     }
     let started = Instant::now();
     let path = locate::config(arguments.config).map_err(Failure::usage)?;
-    let config = LaunchConfig::read(&path).map_err(Failure::usage)?;
+    let mut config = LaunchConfig::read(&path).map_err(Failure::usage)?;
+    replace_world(&mut config, arguments.world, &path)?;
     config.check_nodes(&NODES).map_err(Failure::usage)?;
     check_world(&config, &path)?;
     let mut signals = Signals::listen()?;
@@ -80,6 +87,7 @@ pub(crate) async fn run(arguments: Arguments, ros_arguments: &RosArguments) -> R
     let outcome = tokio::select! {
         outcome = keep_up(&mut supervisor, members, &cell, &console, started) => outcome,
         () = signals.next() => Ok(()),
+        () = end_of_input(), if arguments.end_with_stdin => Ok(()),
     };
     console.waiting(None);
     let why = if outcome.is_err() {
@@ -92,6 +100,20 @@ pub(crate) async fn run(arguments: Arguments, ros_arguments: &RosArguments) -> R
     cell.observer.shutdown().await;
     console.tell(&Event::Stopped);
     outcome
+}
+
+fn replace_world(config: &mut LaunchConfig, world: Option<PathBuf>, path: &Path) -> Result<(), Failure> {
+    let Some(world) = world else {
+        return Ok(());
+    };
+    if config.cell.simulator.is_none() {
+        let (config, world) = (path.display(), world.display());
+        return Err(Failure::usage(anyhow!(
+            "--world {world}: {config} describes a cell without a simulator; a simulated one has `simulator:` in `cell:`"
+        )));
+    }
+    config.cell.simulator = Some(world);
+    Ok(())
 }
 
 fn check_world(config: &LaunchConfig, path: &Path) -> Result<(), Failure> {
