@@ -1,38 +1,21 @@
-//! `rakelight demo`: a recorded capture through ROS, solved, and its normal map as a picture.
+//! A recorded capture through ROS, solved, and its normal map as a picture.
 
-pub(crate) mod football;
-mod viewer;
-
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, anyhow};
-use clap::Args;
+use anyhow::anyhow;
 use recording::Bag;
 use ros::{DiscoveryRange, NodeOptions};
 
+use super::football::{self, Football};
+use super::viewer::{self, Viewer};
 use crate::failure::Failure;
 use crate::nodes::Running;
-use football::Football;
-use viewer::Viewer;
 
 const NAMESPACE: &str = "/cell";
 
 /// The player starts once the solver is matched; the viewer gives up when no map has come after this long.
 const PATIENCE: Duration = Duration::from_mins(1);
-
-#[derive(Args)]
-pub(crate) struct Arguments {
-    /// Bag to play.
-    #[arg(long, default_value = "bags/octagon2")]
-    bag: PathBuf,
-    /// Solve the photographs of a football in this folder instead.
-    #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "../shared/data/white_football")]
-    football: Option<PathBuf>,
-    /// Where pictures go.
-    #[arg(long, default_value = "demo_output")]
-    output: PathBuf,
-}
 
 /// What is played, how it is solved, and what of it is shown.
 struct Scene {
@@ -42,13 +25,17 @@ struct Scene {
     mask: Option<imaging::Mask>,
 }
 
-pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
-    std::fs::create_dir_all(&arguments.output)
-        .with_context(|| format!("cannot create {}", arguments.output.display()))?;
-    let scene = match &arguments.football {
-        None => recorded(arguments.bag)?,
-        Some(folder) => photographed(folder, &arguments.output)?,
-    };
+/// A bag.
+pub(super) async fn bag(bag: PathBuf, output: &Path) -> Result<(), Failure> {
+    play(recorded(bag)?, output).await
+}
+
+/// The photographs of a football in a folder.
+pub(super) async fn football(folder: &Path, output: &Path) -> Result<(), Failure> {
+    play(photographed(folder, output)?, output).await
+}
+
+async fn play(scene: Scene, output: &Path) -> Result<(), Failure> {
     let cameras = cameras(&scene.bag)?;
     println!("{}: playing {} through ROS", scene.name, scene.bag.display());
 
@@ -66,9 +53,7 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
         let map = tokio::time::timeout(PATIENCE, viewer.next())
             .await
             .map_err(|_| anyhow!("no normal map came within {PATIENCE:?}; the log above says why"))??;
-        let path = arguments
-            .output
-            .join(format!("{}_{}_normals.png", scene.name, map.camera));
+        let path = output.join(format!("{}_{}_normals.png", scene.name, map.camera));
         let measured = viewer::write_picture(&map, scene.mask.as_ref(), &path)?;
         println!(
             "{}: {} x {} normals, {:.1} % of the {} measured, {:.2} s after the start",
@@ -114,7 +99,7 @@ fn recorded(bag: PathBuf) -> Result<Scene, Failure> {
     })
 }
 
-fn photographed(folder: &std::path::Path, output: &std::path::Path) -> Result<Scene, Failure> {
+fn photographed(folder: &Path, output: &Path) -> Result<Scene, Failure> {
     let football = Football::read(folder).map_err(Failure::usage)?;
     println!("football: six photographs from {}", folder.display());
     let bag = output.join("football_bag");
@@ -133,7 +118,7 @@ fn photographed(folder: &std::path::Path, output: &std::path::Path) -> Result<Sc
 }
 
 /// Cameras with images in the bag: the last part of a topic's namespace.
-fn cameras(bag: &std::path::Path) -> anyhow::Result<Vec<String>> {
+fn cameras(bag: &Path) -> anyhow::Result<Vec<String>> {
     let bag = Bag::open(bag)?;
     let prefix = format!("{NAMESPACE}/");
     let camera = |topic: &str| Some(topic.strip_prefix(&prefix)?.strip_suffix("/image_raw")?.to_owned());
