@@ -154,6 +154,7 @@ impl Cycle {
             capture_id: self.capture_id.clone(),
             grasp: self.grasp.clone(),
             moved: self.attempts > 0,
+            carried: self.task.as_ref().map(|task| task.carried),
         });
         None
     }

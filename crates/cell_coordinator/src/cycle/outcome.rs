@@ -4,6 +4,7 @@ use interfaces::rakelight_msgs::msg::Grasp;
 
 use super::check::Check;
 use super::execute::{self, Step};
+use super::order::Carried;
 use super::stage::{Stage, Timing};
 use super::{Cycle, State};
 
@@ -27,6 +28,8 @@ pub(crate) struct Outcome {
     pub(crate) grasp: Option<Grasp>,
     /// The arm went for an object.
     pub(crate) moved: bool,
+    /// What may hang on the cup.
+    pub(crate) carried: Option<Carried>,
 }
 
 /// How it is going.
