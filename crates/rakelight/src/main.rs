@@ -10,6 +10,8 @@ mod ending;
 mod eval;
 mod failure;
 mod nodes;
+mod pick;
+mod place;
 mod relief;
 mod replay;
 mod running_cell;
@@ -41,6 +43,8 @@ struct Arguments {
 enum Command {
     /// Bring the cell up (simulated by default) and keep it up; Ctrl-C takes it down.
     Up(up::Arguments),
+    /// Pick objects with a running cell and put them into the bin.
+    Pick(pick::Arguments),
     /// Take a capture with a running cell: one image of each camera under each light.
     Capture(capture::Arguments),
     /// Say what is missing on this machine and how to get it.
@@ -80,6 +84,7 @@ async fn run() -> Result<(), Failure> {
     ros::logging::init(LevelFilter::INFO).map_err(Failure::usage)?;
     match arguments.command {
         Command::Up(arguments) => up::run(arguments, &ros_arguments).await,
+        Command::Pick(arguments) => pick::run(arguments).await,
         Command::Capture(arguments) => capture::run(arguments).await,
         Command::Doctor(arguments) => doctor::run(arguments).await,
         Command::Sim(arguments) => sim::run(arguments).await,

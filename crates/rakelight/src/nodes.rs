@@ -13,10 +13,11 @@ use crate::ending::asked_to_end;
 use crate::failure::Failure;
 
 /// The nodes that this binary has.
-pub(crate) const NODES: [&str; 7] = [
+pub(crate) const NODES: [&str; 8] = [
     bag_player::NAME,
     bag_recorder::NAME,
     camera_capture::NAME,
+    cell_coordinator::NAME,
     grasp_planner::NAME,
     light_sequencer::NAME,
     normal_solver::NAME,
@@ -82,6 +83,7 @@ impl Running {
             grasp_planner::NAME => Box::pin(async { Ok(grasp_planner::run(served).await?) }),
             bag_recorder::NAME => Box::pin(async { Ok(bag_recorder::run(served).await?) }),
             camera_capture::NAME => Box::pin(async { Ok(camera_capture::run(served).await?) }),
+            cell_coordinator::NAME => Box::pin(async { Ok(cell_coordinator::run(served).await?) }),
             light_sequencer::NAME => Box::pin(async { Ok(light_sequencer::run(served).await?) }),
             trajectory_executor::NAME => Box::pin(async { Ok(trajectory_executor::run(served).await?) }),
             bag_player::NAME => Box::pin(async { Ok(bag_player::run(served).await.map(drop)?) }),
@@ -117,8 +119,8 @@ impl Running {
 /// A node that refuses its parameters was started wrongly; anything else is the job's failure.
 fn failure(error: anyhow::Error) -> Failure {
     use {
-        bag_player as player, bag_recorder as recorder, camera_capture as capture, grasp_planner as planner,
-        light_sequencer as lights, normal_solver as solver, trajectory_executor as executor,
+        bag_player as player, bag_recorder as recorder, camera_capture as capture, cell_coordinator as coordinator,
+        grasp_planner as planner, light_sequencer as lights, normal_solver as solver, trajectory_executor as executor,
     };
     let player = matches!(
         error.downcast_ref(),
@@ -148,7 +150,11 @@ fn failure(error: anyhow::Error) -> Failure {
         error.downcast_ref(),
         Some(planner::Error::Parameter(_) | planner::Error::Description { .. } | planner::Error::Value { .. })
     );
-    if player || recorder || capture || lights || solver || executor || planner {
+    let coordinator = matches!(
+        error.downcast_ref(),
+        Some(coordinator::Error::Parameter(_) | coordinator::Error::Value { .. })
+    );
+    if player || recorder || capture || coordinator || lights || solver || executor || planner {
         return Failure::usage(error);
     }
     Failure::from(error)

@@ -1,7 +1,6 @@
 //! `rakelight capture`: one light sequence on a running cell.
 
 mod pictures;
-mod place;
 mod receiver;
 mod report;
 
@@ -12,10 +11,11 @@ use anyhow::{Context, anyhow, ensure};
 use clap::Args;
 use interfaces::rakelight_msgs::srv::{Capture, CaptureRequest, CaptureResponse};
 use interfaces::rcl_interfaces::srv::{GetParameters, GetParametersRequest};
-use ros::{DiscoveryRange, Node, NodeOptions, ServiceClient};
+use ros::{Node, ServiceClient};
 
 use crate::ending::Signals;
 use crate::failure::Failure;
+use crate::place::{self, Place};
 use receiver::Receiver;
 use report::{Report, summary};
 
@@ -63,34 +63,6 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
     };
     node.shutdown().await;
     Ok(outcome?)
-}
-
-/// Where a cell is looked for, for errors.
-struct Place {
-    domain_id: u16,
-    range: DiscoveryRange,
-}
-
-impl Place {
-    fn of(options: &NodeOptions) -> Result<Self, Failure> {
-        Ok(Self {
-            domain_id: options.resolved_domain_id().map_err(Failure::usage)?,
-            range: options.resolved_discovery_range().map_err(Failure::usage)?,
-        })
-    }
-
-    fn no_cell(&self, node: &Node) -> anyhow::Error {
-        let range = match self.range {
-            DiscoveryRange::Localhost => "on this machine",
-            DiscoveryRange::Subnet => "on the subnet",
-        };
-        anyhow!(
-            "no cell answers in namespace {} of ROS domain {} {range}; bring one up with `rakelight up`, and look at its \
-             output if it runs already",
-            node.namespace(),
-            self.domain_id
-        )
-    }
 }
 
 async fn captures(node: &Node, place: &Place, arguments: &Arguments) -> anyhow::Result<()> {

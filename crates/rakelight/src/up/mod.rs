@@ -35,6 +35,9 @@ const OBSERVER: &str = "supervisor";
 /// The node that writes bags, which ends after those that it listens to.
 const RECORDER: &str = "bag_recorder";
 
+/// The node that runs pick cycles.
+const COORDINATOR: &str = "cell_coordinator";
+
 /// The nodes that have devices.
 const CAPTURER: &str = "camera_capture";
 const LIGHTS: &str = "light_sequencer";
@@ -160,7 +163,8 @@ impl Cell {
     }
 
     fn ready(&self, since: Instant) -> Ready<'_> {
-        let captures = self.config.nodes().any(|node| node == CAPTURER);
+        let has = |name: &str| self.config.nodes().any(|node| node == name);
+        let (picks, captures) = (has(COORDINATOR), has(CAPTURER));
         Ready {
             namespace: &self.record.namespace,
             domain_id: self.record.domain_id,
@@ -177,10 +181,10 @@ impl Cell {
                 .map(|world| world.display().to_string()),
             nodes: self.config.nodes().map(|node| qualified(&self.config, node)).collect(),
             seconds: since.elapsed().as_secs_f64(),
-            next: if captures {
-                &["rakelight capture --png pictures"]
-            } else {
-                &["rakelight doctor"]
+            next: match (picks, captures) {
+                (true, _) => &["rakelight pick", "rakelight capture --png pictures"],
+                (false, true) => &["rakelight capture --png pictures"],
+                (false, false) => &["rakelight doctor"],
             },
         }
     }

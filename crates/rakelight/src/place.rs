@@ -4,8 +4,9 @@ use std::env;
 use std::path::Path;
 
 use anyhow::{anyhow, bail};
-use ros::{LaunchConfig, NodeOptions};
+use ros::{DiscoveryRange, LaunchConfig, Node, NodeOptions};
 
+use crate::failure::Failure;
 use crate::running_cell::{self, RunningCell};
 
 /// Variables that say it.
@@ -13,7 +14,7 @@ const VARIABLES: [&str; 3] = ["ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", 
 
 /// Options of a node beside those of the cell: as its launch config says; else as the environment says; else those of
 /// the cell that `rakelight up` runs on this machine.
-pub(super) fn options(node: &str, namespace: &str, config: Option<&Path>) -> anyhow::Result<NodeOptions> {
+pub(crate) fn options(node: &str, namespace: &str, config: Option<&Path>) -> anyhow::Result<NodeOptions> {
     if let Some(path) = config {
         return Ok(LaunchConfig::read(path)?.node_options(node));
     }
@@ -27,6 +28,34 @@ pub(super) fn options(node: &str, namespace: &str, config: Option<&Path>) -> any
             .discovery_range(cell.discovery_range())),
         // On another host, perhaps.
         None => Ok(options),
+    }
+}
+
+/// Where a cell is looked for, for errors.
+pub(crate) struct Place {
+    domain_id: u16,
+    range: DiscoveryRange,
+}
+
+impl Place {
+    pub(crate) fn of(options: &NodeOptions) -> Result<Self, Failure> {
+        Ok(Self {
+            domain_id: options.resolved_domain_id().map_err(Failure::usage)?,
+            range: options.resolved_discovery_range().map_err(Failure::usage)?,
+        })
+    }
+
+    pub(crate) fn no_cell(&self, node: &Node) -> anyhow::Error {
+        let range = match self.range {
+            DiscoveryRange::Localhost => "on this machine",
+            DiscoveryRange::Subnet => "on the subnet",
+        };
+        anyhow!(
+            "no cell answers in namespace {} of ROS domain {} {range}; bring one up with `rakelight up`, and look at its \
+             output if it runs already",
+            node.namespace(),
+            self.domain_id
+        )
     }
 }
 
