@@ -110,7 +110,10 @@ fn motion_may_press_as_deep_as_it_is_allowed() {
     let allowances = may_press();
     let pressing = checker.allowing(&allowances).unwrap();
     let path = down(0.05, -0.004);
-    let found = checker.check_motion(&path, 1e-3).unwrap().expect("nearer than the margin");
+    let found = checker
+        .check_motion(&path, 1e-3)
+        .unwrap()
+        .expect("nearer than the margin");
     assert_eq!(found.contact.link, "vacuum_cup");
     assert!((found.contact.distance - MARGIN).abs() < 1.1e-3, "{found}");
     assert_eq!(pressing.check_motion(&path, 1e-3).unwrap(), None);
@@ -118,7 +121,10 @@ fn motion_may_press_as_deep_as_it_is_allowed() {
     let deeper = deeper.expect("deeper than allowed");
     assert!((-PRESS - 1.1e-3..-PRESS).contains(&deeper.contact.distance), "{deeper}");
     // Only its second half may.
-    let (first, second) = (Stretch::of(&path, 0.0, 0.8).unwrap(), Stretch::of(&path, 0.8, 1.0).unwrap());
+    let (first, second) = (
+        Stretch::of(&path, 0.0, 0.8).unwrap(),
+        Stretch::of(&path, 0.8, 1.0).unwrap(),
+    );
     assert_eq!(checker.check_motion(&first, 1e-3).unwrap(), None);
     assert!(checker.check_motion(&second, 1e-3).unwrap().is_some());
     assert_eq!(pressing.check_motion(&second, 1e-3).unwrap(), None);

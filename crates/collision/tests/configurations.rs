@@ -49,10 +49,7 @@ fn usual_poses_are_free_in_the_cell() {
     for angles in [poses[0], poses[4], poses[5]] {
         assert_eq!(touching(&cell(), &angles), None, "{angles:?}");
     }
-    assert_eq!(
-        touching(&cell(), &[0.0; 7]),
-        Some("vacuum_cup and table".to_owned())
-    );
+    assert_eq!(touching(&cell(), &[0.0; 7]), Some("vacuum_cup and table".to_owned()));
 }
 
 #[test]
@@ -135,7 +132,13 @@ fn carried_object_hits_the_bin_but_not_the_cup() {
         Shape::convex_hull(&corners([0.02, 0.02, 0.05]).map(|p| p + Vector3::new(0.0, 0.0, 0.05))).unwrap(),
     ];
     for body in bodies {
-        let object = CarriedObject::new(&arm, "bolt", std::slice::from_ref(&body), &["vacuum_gripper", "vacuum_cup"]).unwrap();
+        let object = CarriedObject::new(
+            &arm,
+            "bolt",
+            std::slice::from_ref(&body),
+            &["vacuum_gripper", "vacuum_cup"],
+        )
+        .unwrap();
         let checker = Checker::new(&arm, &scene).carrying(&object);
         assert_eq!(checker.check(&above).unwrap(), None, "{body:?}");
         let found = checker.check(&low).unwrap().expect("it is 100 mm long");
