@@ -2,10 +2,11 @@
 
 use std::fmt;
 
+use crate::allowance::{Allowance, is_contact, margin_of};
 use crate::arm::{ArmModel, Frames, Part};
 use crate::carried::CarriedObject;
 use crate::error::{CollisionError, require};
-use crate::scene::{Obstacle, Scene};
+use crate::scene::{Obstacle, Scene, unknown};
 
 /// An arm, what it carries, what is around it, and how far they shall stay apart. Copies are cheap. Looks allocate nothing
 /// but where the library finds how deep boxes, cylinders, hulls and meshes are in each other.
@@ -14,7 +15,8 @@ pub struct Checker<'a, const N: usize> {
     pub(crate) arm: &'a ArmModel<N>,
     scene: &'a Scene,
     carried: Option<&'a CarriedObject>,
-    pub(crate) margin: f64,
+    allowances: &'a [Allowance],
+    margin: f64,
 }
 
 /// Two things and how far they are apart.
@@ -57,6 +59,7 @@ impl<'a, const N: usize> Checker<'a, N> {
             arm,
             scene,
             carried: None,
+            allowances: &[],
             margin: 0.0,
         }
     }
@@ -77,15 +80,51 @@ impl<'a, const N: usize> Checker<'a, N> {
         Ok(Self { margin, ..self })
     }
 
+    /// Some may come nearer than the margin.
+    ///
+    /// # Errors
+    /// A margin outside its range; a name of no link and no carried object, or of no obstacle.
+    pub fn allowing(self, allowances: &'a [Allowance]) -> Result<Self, CollisionError> {
+        for allowance in allowances {
+            allowance.check()?;
+            self.part(&allowance.link)?;
+            if let Some(name) = &allowance.obstacle {
+                self.obstacle(name)?;
+            }
+        }
+        Ok(Self { allowances, ..self })
+    }
+
     /// The arm.
     pub fn arm(&self) -> &'a ArmModel<N> {
         self.arm
     }
 
-    /// The nearest or deepest of all contacts at joint angles (radians), none if the arm is free. Of things deep in each
+    /// The nearest or deepest of all contacts at joint angles (radians), each against what it is allowed; none if the arm
+    /// is free. Of things deep in each
     /// other it may name a neighbouring pair that is less deep.
     pub fn check(&self, angles: &[f64; N]) -> Result<Option<Contact<'a>>, CollisionError> {
-        self.clearance(angles, self.margin)
+        let frames = self.arm.frames(angles)?;
+        let (mut worst, mut least) = (None, 0.0);
+        for pair in self.pairs() {
+            let margin = self.margin_of(&pair);
+            let distance = pair.distance(&frames, margin + least);
+            if is_contact(distance, margin + least) {
+                least = (distance - margin).min(least);
+                worst = Some(pair.contact(distance));
+            }
+        }
+        Ok(worst)
+    }
+
+    /// How far a link or the carried object is from an obstacle at joint angles (radians): metres, negative if they are in
+    /// each other, `bound` if it is not below that.
+    ///
+    /// # Errors
+    /// Angles that are no numbers; a name that nothing has.
+    pub fn distance(&self, angles: &[f64; N], link: &str, obstacle: &str, bound: f64) -> Result<f64, CollisionError> {
+        let (part, obstacle) = (self.part(link)?, self.obstacle(obstacle)?);
+        Ok(obstacle.distance(part, &self.arm.frames(angles)?, bound))
     }
 
     /// The two things nearest to each other at joint angles (radians), and how far they are apart; none if all are `bound`
@@ -103,6 +142,26 @@ impl<'a, const N: usize> Checker<'a, N> {
             }
         }
         Ok(nearest)
+    }
+
+    /// What counts as a contact of a pair, metres.
+    pub(crate) fn margin_of(&self, pair: &Pair<'a>) -> f64 {
+        margin_of(pair, self.margin, self.allowances)
+    }
+
+    fn part(&self, name: &str) -> Result<&'a Part, CollisionError> {
+        let carried = self.carried.map(|object| &object.part).into_iter();
+        let mut parts = carried.chain(&self.arm.links);
+        parts
+            .find(|part| part.name == name)
+            .ok_or_else(|| unknown("link or carried object", name))
+    }
+
+    fn obstacle(&self, name: &str) -> Result<&'a Obstacle, CollisionError> {
+        let mut obstacles = self.scene.obstacles.iter();
+        obstacles
+            .find(|obstacle| obstacle.name == name)
+            .ok_or_else(|| unknown("obstacle", name))
     }
 
     /// All that may not touch.

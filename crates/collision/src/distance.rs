@@ -159,8 +159,8 @@ fn box_distance(point: Vector, half: Vector) -> f64 {
     beyond.max(Vector::ZERO).length() + beyond.max_element().min(0.0)
 }
 
-/// Depth of a touch whose depth cannot be told, metres.
-const TOUCH: f64 = 1e-9;
+/// Distance of a touch whose depth cannot be told, metres.
+pub(crate) const UNKNOWN_DEPTH: f64 = -1e-9;
 
 struct LibraryShape<'a> {
     shape: &'a dyn library::Shape,
@@ -179,7 +179,7 @@ fn library_distance(one: &LibraryShape<'_>, two: &LibraryShape<'_>, bound: f64) 
     }
     let touch = query::intersection_test(base_from_a, a, base_from_b, b).expect(SUPPORTED);
     if touch.intersecting {
-        return -TOUCH;
+        return UNKNOWN_DEPTH;
     }
     let depth = one.depth_within(two).or_else(|| two.depth_within(one));
     depth.map_or(apart, |depth| -depth)

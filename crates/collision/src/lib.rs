@@ -3,8 +3,8 @@
 //!
 //! Links are capsules and boxes ([`ArmModel`], from a URDF), so are most obstacles ([`Scene`]); clouds of points lie in a
 //! tree of balls. [`Checker::check`] names the contact at given joint angles, [`Checker::clearance`] the nearest pair, and
-//! [`Checker::check_motion`] the first contact on a [`JointPath`], with nothing hidden between samples. It plans no paths
-//! and knows nothing of forces.
+//! [`Checker::check_motion`] the first contact on a [`JointPath`], with nothing hidden between samples. What has to touch
+//! gets an [`Allowance`]. It plans no paths and knows nothing of forces.
 //!
 //! Lengths are metres, angles radians, frames as everywhere: shapes stand in the frame of what carries them, obstacles in
 //! the arm's base. Distances are signed; negative is a depth.
@@ -33,10 +33,11 @@
 //!     angles
 //! }};
 //! let found = checker.check_motion(&down, 0.001)?.expect("the table is in the way");
-//! assert_eq!((found.contact.link, found.contact.with.name()), ("vacuum_gripper", "table"));
+//! assert_eq!((found.contact.link, found.contact.with.name()), ("vacuum_cup", "table"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod allowance;
 mod arm;
 mod carried;
 mod checker;
@@ -52,13 +53,14 @@ mod shape;
 mod urdf;
 mod xarm7;
 
+pub use allowance::Allowance;
 pub use arm::{ArmModel, SelfCollision};
 pub use carried::CarriedObject;
 pub use checker::{Checker, Contact, Touched};
 pub use cloud::PointCloud;
 pub use error::CollisionError;
 pub use motion::MotionContact;
-pub use path::{FunctionPath, JointPath};
+pub use path::{FunctionPath, JointPath, Stretch};
 pub use scene::{Bin, Scene};
 pub use shape::Shape;
 pub use xarm7::XARM7_NEVER_TOUCHING;

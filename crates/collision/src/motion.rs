@@ -6,6 +6,7 @@
 
 use std::fmt;
 
+use crate::allowance::is_contact;
 use crate::arm::Frames;
 use crate::checker::{Checker, Contact, Pair, With};
 use crate::error::{CollisionError, require};
@@ -32,11 +33,14 @@ pub struct MotionContact<'a> {
 /// A pair and when it has to be looked at.
 struct Watch<'a> {
     pair: Pair<'a>,
+    /// What counts as a contact, metres.
+    margin: f64,
     due: f64,
 }
 
 impl<'a, const N: usize> Checker<'a, N> {
-    /// The first contact on a path, none if there is none. Things nearer than the margin are in contact.
+    /// The first contact on a path, none if there is none. Things nearer than the margin, or than they
+    /// are allowed, are in contact.
     ///
     /// Between looks nothing comes nearer than the margin less `tolerance` (metres, 1e-4 to 0.1): what is missed is a
     /// touch that shallow. A contact after the begin is therefore found at most `tolerance` deep. The path's end is
@@ -52,7 +56,12 @@ impl<'a, const N: usize> Checker<'a, N> {
         let is_allowed = (1e-4..=0.1).contains(&tolerance);
         require("check of a motion", "tolerance", tolerance, is_allowed, "1e-4 to 0.1 m")?;
         let speeds = SpeedWindows::new(path)?;
-        let mut watches: Vec<Watch<'a>> = self.pairs().map(|pair| Watch { pair, due: 0.0 }).collect();
+        let watch = |pair| Watch {
+            margin: self.margin_of(&pair),
+            pair,
+            due: 0.0,
+        };
+        let mut watches: Vec<Watch<'a>> = self.pairs().map(watch).collect();
         let (mut time, mut angles) = (0.0, path.angles(0.0));
         loop {
             let frames = self.arm.frames(&angles)?;
@@ -71,7 +80,7 @@ impl<'a, const N: usize> Checker<'a, N> {
         }
     }
 
-    /// Looks at the pairs that are due and tells when they are due again; the nearest of those in contact.
+    /// Looks at the pairs that are due and tells when they are due again; the worst of those in contact.
     fn look(
         &self,
         watches: &mut [Watch<'a>],
@@ -80,20 +89,21 @@ impl<'a, const N: usize> Checker<'a, N> {
         time: f64,
         tolerance: f64,
     ) -> Option<Contact<'a>> {
-        let mut nearest: Option<Contact<'a>> = None;
+        let (mut worst, mut least) = (None, f64::INFINITY);
         for watch in watches.iter_mut().filter(|watch| watch.due <= time + TOGETHER) {
-            let distance = watch.pair.distance(frames, self.margin + FAR);
-            if distance < self.margin {
-                if nearest.is_none_or(|best| distance < best.distance) {
-                    nearest = Some(watch.pair.contact(distance));
+            let distance = watch.pair.distance(frames, watch.margin + FAR);
+            if is_contact(distance, watch.margin) {
+                if distance - watch.margin < least {
+                    least = distance - watch.margin;
+                    worst = Some(watch.pair.contact(distance));
                 }
                 continue;
             }
-            let way = distance - self.margin + tolerance - DISTANCE_ERROR;
+            let way = distance - watch.margin + tolerance - DISTANCE_ERROR;
             let reaches = self.reaches(&watch.pair, frames);
             watch.due = speeds.time_of_travel(time, way, &reaches);
         }
-        nearest
+        worst
     }
 
     /// Farthest distance of the pair's outer body from each of the joints between the two; 0 for joints that move both or

@@ -45,6 +45,44 @@ impl<F: Fn(f64) -> [f64; N], const N: usize> JointPath<N> for FunctionPath<F, N>
     }
 }
 
+/// A part of a path.
+#[derive(Debug, Clone, Copy)]
+pub struct Stretch<'a, P> {
+    path: &'a P,
+    from: f64,
+    to: f64,
+}
+
+impl<'a, P> Stretch<'a, P> {
+    /// From one time of the path to another, seconds.
+    ///
+    /// # Errors
+    /// Times that are not in order within the path.
+    pub fn of<const N: usize>(path: &'a P, from: f64, to: f64) -> Result<Self, CollisionError>
+    where
+        P: JointPath<N>,
+    {
+        let allowed = "in order within the path";
+        require("stretch of a path", "begin", from, from >= 0.0 && from <= to, allowed)?;
+        require("stretch of a path", "end", to, to <= path.duration(), allowed)?;
+        Ok(Self { path, from, to })
+    }
+}
+
+impl<P: JointPath<N>, const N: usize> JointPath<N> for Stretch<'_, P> {
+    fn duration(&self) -> f64 {
+        self.to - self.from
+    }
+
+    fn angles(&self, time: f64) -> [f64; N] {
+        self.path.angles((self.from + time).min(self.to))
+    }
+
+    fn speed_bounds(&self, from: f64, to: f64) -> [f64; N] {
+        self.path.speed_bounds(self.from + from, (self.from + to).min(self.to))
+    }
+}
+
 /// Speed bounds of a path, over windows of equal length.
 pub(crate) struct SpeedWindows<const N: usize> {
     duration: f64,

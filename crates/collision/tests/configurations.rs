@@ -49,10 +49,7 @@ fn usual_poses_are_free_in_the_cell() {
     for angles in [poses[0], poses[4], poses[5]] {
         assert_eq!(touching(&cell(), &angles), None, "{angles:?}");
     }
-    assert_eq!(
-        touching(&cell(), &[0.0; 7]),
-        Some("vacuum_gripper and table".to_owned())
-    );
+    assert_eq!(touching(&cell(), &[0.0; 7]), Some("vacuum_cup and table".to_owned()));
 }
 
 #[test]
@@ -82,12 +79,12 @@ fn depth_in_the_table_is_how_far_the_cup_is_below_it() {
             .clearance(&angles, 0.05)
             .unwrap()
             .expect("near");
-        assert_eq!((found.link, found.with.name()), ("vacuum_gripper", "floor"));
+        assert_eq!((found.link, found.with.name()), ("vacuum_cup", "floor"));
         assert!((found.distance - height).abs() < 1e-6, "{found}");
     }
     assert_eq!(
         touching(&cell(), &looking_down(0.4, 0.1, -0.01)),
-        Some("vacuum_gripper and table".to_owned())
+        Some("vacuum_cup and table".to_owned())
     );
 }
 
@@ -115,12 +112,12 @@ fn bin_is_open_above_and_has_walls_and_a_floor() {
     assert_eq!(touching(&scene, &looking_down(0.35, -0.3, 0.06)), None);
     assert_eq!(
         touching(&scene, &looking_down(0.35, -0.3, 0.004)),
-        Some("vacuum_gripper and bin".to_owned())
+        Some("vacuum_cup and bin".to_owned())
     );
     // The camera hangs higher than the walls here, so only the gripper is beside them.
     for (x, y) in [(0.5, -0.3), (0.2, -0.3), (0.35, -0.1), (0.35, -0.5)] {
         let found = touching(&scene, &looking_down(x, y, 0.11));
-        assert_eq!(found, Some("vacuum_gripper and bin".to_owned()), "{x} {y}");
+        assert_eq!(found, Some("vacuum_cup and bin".to_owned()), "{x} {y}");
     }
 }
 
@@ -135,7 +132,13 @@ fn carried_object_hits_the_bin_but_not_the_cup() {
         Shape::convex_hull(&corners([0.02, 0.02, 0.05]).map(|p| p + Vector3::new(0.0, 0.0, 0.05))).unwrap(),
     ];
     for body in bodies {
-        let object = CarriedObject::new(&arm, "bolt", std::slice::from_ref(&body), &["vacuum_gripper"]).unwrap();
+        let object = CarriedObject::new(
+            &arm,
+            "bolt",
+            std::slice::from_ref(&body),
+            &["vacuum_gripper", "vacuum_cup"],
+        )
+        .unwrap();
         let checker = Checker::new(&arm, &scene).carrying(&object);
         assert_eq!(checker.check(&above).unwrap(), None, "{body:?}");
         let found = checker.check(&low).unwrap().expect("it is 100 mm long");
@@ -162,7 +165,7 @@ fn corners(half: [f64; 3]) -> [Point3<f64>; 8] {
 fn long_carried_object_hits_the_arm() {
     let (arm, scene) = (arm(), Scene::new());
     let plank = Shape::cuboid(&at(0.0, 0.0, 0.01), [0.9, 0.1, 0.02]).unwrap();
-    let object = CarriedObject::new(&arm, "plank", &[plank], &["vacuum_gripper"]).unwrap();
+    let object = CarriedObject::new(&arm, "plank", &[plank], &["vacuum_gripper", "vacuum_cup"]).unwrap();
     let found = Checker::new(&arm, &scene).carrying(&object).check(&[0.0; 7]).unwrap();
     let found = found.expect("it reaches through the base");
     assert_eq!((found.link, found.with), ("plank", Touched::Link("link_base")));
@@ -187,7 +190,7 @@ fn points_are_touched_and_exceptions_hold() {
         Some(Touched::Obstacle("object"))
     );
 
-    scene.except("vacuum_gripper", "object").unwrap();
+    scene.except("vacuum_cup", "object").unwrap();
     assert_eq!(
         Checker::new(&arm, &scene)
             .with_margin(0.004)
@@ -245,7 +248,7 @@ fn obstacles_of_all_kinds_are_as_far_as_they_are() {
             .clearance(&angles, 0.05)
             .unwrap()
             .expect("7 mm away");
-        assert_eq!((found.link, found.with.name()), ("vacuum_gripper", name.as_str()));
+        assert_eq!((found.link, found.with.name()), ("vacuum_cup", name.as_str()));
         assert!((found.distance - 0.007).abs() < 1e-5, "{found}");
     }
 }

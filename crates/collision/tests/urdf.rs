@@ -104,11 +104,12 @@ fn a_loop_of_joints_is_refused() {
 }
 
 #[test]
-fn cell_has_table_mat_and_seven_panels() {
+fn cell_has_table_mat_seven_panels_and_a_bin() {
     let scene = cell();
     let names: Vec<&str> = scene.names().collect();
-    assert_eq!(names.len(), 9);
+    assert_eq!(names.len(), 10);
     assert_eq!(names[..3], ["table", "mat", "panel_l1"]);
+    assert_eq!(names.last(), Some(&"bin"));
 }
 
 #[test]
@@ -121,6 +122,8 @@ fn pairs_leave_out_neighbours_rigid_bodies_and_what_the_maker_says() {
         ["link6", "link7"],
         ["link7", "vacuum_gripper"],
         ["wrist_camera", "vacuum_gripper"],
+        ["vacuum_gripper", "vacuum_cup"],
+        ["link6", "vacuum_cup"],
         ["link3", "link5"],
     ] {
         assert!(!has(a, b), "{a} {b}");
@@ -130,6 +133,7 @@ fn pairs_leave_out_neighbours_rigid_bodies_and_what_the_maker_says() {
     for [a, b] in [
         ["link_base", "link5"],
         ["link1", "vacuum_gripper"],
+        ["link1", "vacuum_cup"],
         ["link2", "link6"],
         ["link6", "wrist_camera"],
         ["link4", "wrist_camera"],

@@ -98,7 +98,9 @@ fn shapes_hold_the_housings() {
 #[test]
 fn gripper_is_the_box_of_its_maker() {
     let arm = arm();
-    let shapes = arm.shapes("vacuum_gripper").expect("a link with shapes");
+    let links = ["vacuum_gripper", "vacuum_cup"].map(|link| arm.shapes(link).expect("a link with shapes"));
+    let [body, cup] = links;
+    let shapes = links.concat();
     for (point, is_inside) in [
         ([37.0, 45.0, 125.0], true),
         ([-37.0, -45.0, 1.0], true),
@@ -106,6 +108,9 @@ fn gripper_is_the_box_of_its_maker() {
         ([39.0, 0.0, 60.0], false),
         ([0.0, 47.0, 60.0], false),
     ] {
-        assert_eq!(distance(shapes, &metres(point)) < 0.0, is_inside, "{point:?}");
+        assert_eq!(distance(&shapes, &metres(point)) < 0.0, is_inside, "{point:?}");
     }
+    // Its last 12 mm are the cup.
+    let mouth = metres([0.0, 0.0, 126.0]);
+    assert!((distance(body, &mouth) - 0.012).abs() < 1e-6 && distance(cup, &mouth).abs() < 1e-6);
 }

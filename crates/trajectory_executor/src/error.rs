@@ -90,6 +90,9 @@ pub enum MotionError {
     /// The check itself failed.
     #[error("the motion cannot be checked: {0}")]
     Unchecked(#[from] CollisionError),
+    /// A cup whose pump is off will hold nothing.
+    #[error("the pump is off, and the motion is to end when the cup holds something: switch it on with `vacuum/set`")]
+    PumpOff,
     /// It was stopped on the way; the arm holds.
     #[error("the motion did not go to its end: {0}")]
     Stopped(StopCause),

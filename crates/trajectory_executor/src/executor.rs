@@ -16,6 +16,7 @@ use trajectory::Trajectory;
 use xarm_tcp::XArm;
 
 use crate::error::MotionError;
+use crate::handling::Handling;
 use crate::model::Model;
 use crate::servo::{Servo, ServoRemote};
 
@@ -63,6 +64,15 @@ pub(crate) struct Executor {
     recovering: tokio::sync::Mutex<()>,
     last_id: AtomicU64,
     state_timeout: Duration,
+}
+
+/// A motion that is planned.
+#[derive(Debug, Clone)]
+pub(crate) struct Motion {
+    pub(crate) trajectory: Trajectory<7>,
+    /// Of the tool, metres per second: what it was planned with.
+    pub(crate) speed: f64,
+    pub(crate) handling: Handling,
 }
 
 /// A motion under way. Dropping it leaves the arm moving.
@@ -158,18 +168,13 @@ impl Executor {
     }
 
     /// Checks a trajectory and begins it. Everything is looked at first; nothing moves unless all of it is well.
-    pub(crate) fn begin(
-        &self,
-        trajectory: Trajectory<7>,
-        tool_speed: f64,
-        start_tolerance: f64,
-    ) -> Result<Running, MotionError> {
+    pub(crate) fn begin(&self, motion: Motion, start_tolerance: f64) -> Result<Running, MotionError> {
         let at = self.held_at()?;
-        let model = self.model();
+        let (model, trajectory) = (self.model(), motion.trajectory);
         require_start(&trajectory, &at, start_tolerance)?;
         trajectory.require_rest()?;
-        model.planner(tool_speed)?.check(&trajectory)?;
-        model.require_free(&trajectory)?;
+        model.planner(motion.speed)?.check(&trajectory)?;
+        model.require_free(&trajectory, &motion.handling)?;
         self.start(trajectory)
     }
 

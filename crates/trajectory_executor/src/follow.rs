@@ -13,8 +13,9 @@ use trajectory::{TimedPoint, Trajectory};
 
 use crate::convert::duration_seconds;
 use crate::error::{Error, MotionError};
-use crate::executor::Running;
+use crate::executor::{Motion, Running};
 use crate::goals;
+use crate::handling::Handling;
 use crate::services::Desk;
 
 pub(crate) struct Follow {
@@ -85,10 +86,13 @@ impl Follower {
     }
 
     fn begin(&self, goal: &FollowJointTrajectoryGoal) -> Result<Running, MotionError> {
-        let trajectory = self.trajectory(goal)?;
-        let speed = self.desk.parameters.tool_speed.get();
+        let motion = Motion {
+            trajectory: self.trajectory(goal)?,
+            speed: self.desk.parameters.tool_speed.get(),
+            handling: Handling::default(),
+        };
         let tolerance = self.desk.parameters.start_tolerance.get();
-        self.desk.executor.begin(trajectory, speed, tolerance)
+        self.desk.executor.begin(motion, tolerance)
     }
 
     /// From where the arm is held: a first point that lies in the future is led to.

@@ -8,6 +8,13 @@
 //! the arm stands, keeps the limits of the joints and of the tool's speed, and touches nothing. Set-points leave from a
 //! thread of their own ([`servo`]).
 //!
+//! `move_tool` knows the motions of a pick. With `contact` the cup's lip (link `vacuum_cup`, 12 mm) may touch and press
+//! within 30 mm of the ends of a straight way, `press_depth` deep; all else keeps `collision_margin`. With `until_held` the
+//! motion ends, and the arm stays ready, as soon as the cup holds something; where the way ends it waits `hold_settle` for
+//! that. A carried cylinder is checked like the arm, and may leave what it stands on. Dry runs chained by `start_joints`
+//! check a whole pick before anything moves. Where the direct motion of the joints touches something, ways around it are
+//! tried: up, across, and down.
+//!
 //! It is *not* the driver (`xarm_tcp`), and it is no safety function: the emergency stop and the controller's own limits
 //! are.
 
@@ -17,11 +24,15 @@ mod error;
 mod executor;
 mod follow;
 mod goals;
+mod handling;
+mod held;
 mod model;
 mod move_tool;
 mod parameters;
 mod path;
 mod publish;
+mod request;
+mod route;
 mod services;
 pub mod servo;
 
@@ -38,7 +49,7 @@ use xarm_tcp::{VacuumHardware, XArm, XArmConfig};
 
 use executor::{Dimensions, Executor};
 use follow::Follow;
-use model::Model;
+use model::{Model, ModelConfig};
 use move_tool::MoveTool;
 use parameters::Parameters;
 use publish::Publishers;
@@ -99,7 +110,7 @@ fn driver_config(parameters: &Parameters) -> XArmConfig {
 
 fn executor(parameters: &Parameters, arm: &Arc<XArm>) -> Result<Executor, Error> {
     let home = parameters.home()?;
-    let model = Model::load(parameters, &home)?;
+    let model = Model::new(ModelConfig::read(parameters)?, &home)?;
     let config = model.servo(&home).map_err(|error| Error::Value {
         name: "home",
         reason: error.to_string(),

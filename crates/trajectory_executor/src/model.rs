@@ -1,14 +1,13 @@
 //! The arm and what stands around it: what motions are planned with and checked against.
 
-use collision::{ArmModel, Checker, Scene, SelfCollision, XARM7_NEVER_TOUCHING};
+use collision::{ArmModel, Scene, SelfCollision, XARM7_NEVER_TOUCHING};
 use devices::JointValues;
 use kinematics::{Chain, ModifiedDh};
-use trajectory::{Planner, Trajectory, TrajectoryLimits};
+use trajectory::{Planner, TrajectoryLimits};
 use urdf_rs::Robot;
 
 use crate::error::{Error, MotionError};
 use crate::parameters::Parameters;
-use crate::path::TrajectoryPath;
 use crate::servo::ServoConfig;
 
 const ARM: &str = include_str!("../../../urdf/xarm7.urdf");
@@ -17,8 +16,6 @@ const CELL: &str = include_str!("../../../urdf/cell.urdf");
 const TOOL: &str = "link_tcp";
 /// The controller trips at 1 m/s.
 const MOST_TOOL_SPEED: f64 = 0.99;
-/// A touch that is less deep than this may be missed between looks, metres.
-const SHALLOW: f64 = 1e-3;
 
 /// An arm with its surroundings.
 pub(crate) struct Model {
@@ -28,32 +25,82 @@ pub(crate) struct Model {
     /// Up to the tool.
     pub(crate) chain: Chain<7>,
     pub(crate) limits: TrajectoryLimits<7>,
-    arm: ArmModel<7>,
-    scene: Scene,
-    margin: f64,
+    pub(crate) arm: ArmModel<7>,
+    pub(crate) scene: Scene,
+    /// What comes nearer collides, metres.
+    pub(crate) margin: f64,
+    /// How deep the cup may press, metres.
+    pub(crate) press_depth: f64,
+    /// Joint angles (radians) that are free.
+    pub(crate) home: JointValues,
+}
+
+/// What a model is made of.
+pub(crate) struct ModelConfig {
+    /// Where it is from, and its text: of the arm with its tool, and of what stands around it.
+    pub(crate) arm: (String, String),
+    pub(crate) cell: (String, String),
+    /// The arm's base.
+    pub(crate) base: String,
+    /// Of each joint, rad/s².
+    pub(crate) acceleration: f64,
+    /// Of each joint, rad/s³.
+    pub(crate) jerk: f64,
+    /// What comes nearer collides, metres.
+    pub(crate) margin: f64,
+    /// How deep the cup may press, metres.
+    pub(crate) press_depth: f64,
+}
+
+impl ModelConfig {
+    pub(crate) fn read(parameters: &Parameters) -> Result<Self, Error> {
+        Ok(Self {
+            arm: read(&parameters.arm_description, ARM)?,
+            cell: read(&parameters.cell_description, CELL)?,
+            base: parameters.base_frame_id.clone(),
+            acceleration: parameters.acceleration,
+            jerk: parameters.jerk,
+            margin: parameters.margin,
+            press_depth: parameters.press_depth,
+        })
+    }
+
+    fn robot(&self) -> Result<Robot, Error> {
+        let (what, text) = &self.arm;
+        urdf_rs::read_from_string(text).map_err(|error| wrong(what, &error))
+    }
+
+    fn scene(&self) -> Result<Scene, Error> {
+        let (what, text) = &self.cell;
+        let robot = urdf_rs::read_from_string(text).map_err(|error| wrong(what, &error))?;
+        let mut scene = Scene::from_urdf(&robot, &self.base).map_err(|error| wrong(what, &error))?;
+        // The base stands on whatever is there.
+        let names: Vec<String> = scene.names().map(ToOwned::to_owned).collect();
+        for name in names {
+            scene.except(&self.base, &name).map_err(|error| wrong(what, &error))?;
+        }
+        Ok(scene)
+    }
 }
 
 impl Model {
-    pub(crate) fn load(parameters: &Parameters, home: &JointValues) -> Result<Self, Error> {
-        let (what, description) = read(&parameters.arm_description, ARM)?;
-        let wrong = |reason: &dyn std::fmt::Display| Error::Description {
-            what: what.clone(),
-            reason: reason.to_string(),
-        };
-        let robot = urdf_rs::read_from_string(&description).map_err(|error| wrong(&error))?;
-        let base = &parameters.base_frame_id;
-        let chain = Chain::from_urdf(&robot, base, TOOL).map_err(|error| wrong(&error))?;
-        let limits = TrajectoryLimits::of_chain(&chain, parameters.acceleration, parameters.jerk, MOST_TOOL_SPEED)
-            .map_err(|error| wrong(&error))?;
+    pub(crate) fn new(config: ModelConfig, home: &JointValues) -> Result<Self, Error> {
+        let what = &config.arm.0;
+        let (robot, base) = (config.robot()?, &config.base);
+        let chain = Chain::from_urdf(&robot, base, TOOL).map_err(|error| wrong(what, &error))?;
+        let limits = TrajectoryLimits::of_chain(&chain, config.acceleration, config.jerk, MOST_TOOL_SPEED)
+            .map_err(|error| wrong(what, &error))?;
         let leave_out = SelfCollision {
             never: &XARM7_NEVER_TOUCHING,
             free_at: &[*home],
         };
-        let arm = ArmModel::from_urdf(&robot, base, chain.clone(), &leave_out).map_err(|error| wrong(&error))?;
+        let arm = ArmModel::from_urdf(&robot, base, chain.clone(), &leave_out).map_err(|error| wrong(what, &error))?;
         Ok(Self {
-            description,
-            scene: scene(parameters)?,
-            margin: parameters.margin,
+            scene: config.scene()?,
+            description: config.arm.1,
+            margin: config.margin,
+            press_depth: config.press_depth,
+            home: *home,
             robot,
             chain,
             limits,
@@ -79,6 +126,8 @@ impl Model {
             robot: self.robot.clone(),
             scene: self.scene.clone(),
             margin: self.margin,
+            press_depth: self.press_depth,
+            home: *home,
             limits: self.limits,
             chain,
             arm,
@@ -98,21 +147,6 @@ impl Model {
     pub(crate) fn servo(&self, home: &JointValues) -> Result<ServoConfig, MotionError> {
         Ok(ServoConfig::within(self.chain.clone(), &self.limits, home)?)
     }
-
-    /// Refuses a motion with a collision on its way.
-    pub(crate) fn require_free(&self, trajectory: &Trajectory<7>) -> Result<(), MotionError> {
-        let checker = Checker::new(&self.arm, &self.scene).with_margin(self.margin)?;
-        let Some(found) = checker.check_motion(&TrajectoryPath::new(trajectory), SHALLOW)? else {
-            return Ok(());
-        };
-        Err(MotionError::Collision {
-            time: found.time,
-            link: found.contact.link.to_owned(),
-            with: found.contact.with.name().to_owned(),
-            distance_mm: 1e3 * found.contact.distance,
-            margin_mm: 1e3 * self.margin,
-        })
-    }
 }
 
 fn read(file: &str, built_in: &str) -> Result<(String, String), Error> {
@@ -126,20 +160,30 @@ fn read(file: &str, built_in: &str) -> Result<(String, String), Error> {
     Ok((file.to_owned(), text))
 }
 
-fn scene(parameters: &Parameters) -> Result<Scene, Error> {
-    let (what, text) = read(&parameters.cell_description, CELL)?;
-    let wrong = |reason: &dyn std::fmt::Display| Error::Description {
-        what: what.clone(),
+fn wrong(what: &str, reason: &dyn std::fmt::Display) -> Error {
+    Error::Description {
+        what: what.to_owned(),
         reason: reason.to_string(),
-    };
-    let robot = urdf_rs::read_from_string(&text).map_err(|error| wrong(&error))?;
-    let mut scene = Scene::from_urdf(&robot, &parameters.base_frame_id).map_err(|error| wrong(&error))?;
-    // The base stands on whatever is there.
-    let names: Vec<String> = scene.names().map(ToOwned::to_owned).collect();
-    for name in names {
-        scene
-            .except(&parameters.base_frame_id, &name)
-            .map_err(|error| wrong(&error))?;
     }
-    Ok(scene)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) const HOME: JointValues = [0.0, -0.4, 0.0, 0.7, 0.0, 1.1, 0.0];
+
+    /// The arm and the cell that are built in, with the parameters' defaults.
+    pub(crate) fn model() -> Model {
+        let config = ModelConfig {
+            arm: read("", ARM).expect("built in"),
+            cell: read("", CELL).expect("built in"),
+            base: "link_base".to_owned(),
+            acceleration: 10.0,
+            jerk: 200.0,
+            margin: 0.005,
+            press_depth: 0.005,
+        };
+        Model::new(config, &HOME).expect("the descriptions are sound")
+    }
 }

@@ -27,6 +27,8 @@ pub(crate) struct Parameters {
     pub(crate) acceleration: f64,
     pub(crate) jerk: f64,
     pub(crate) margin: f64,
+    pub(crate) press_depth: f64,
+    pub(crate) hold_settle: ParameterHandle<f64>,
     pub(crate) tool_speed: ParameterHandle<f64>,
     pub(crate) home: ParameterHandle<Vec<f64>>,
     pub(crate) start_tolerance: ParameterHandle<f64>,
@@ -64,7 +66,7 @@ impl Parameters {
             )?,
             cell_description: declare.fixed(
                 Parameter::string("cell_description", "")
-                    .describe("URDF of what stands around the arm; empty: table and light panels"),
+                    .describe("URDF of what stands around the arm; empty: table, light panels and bin"),
             )?,
             base_frame_id: declare
                 .fixed(Parameter::string("base_frame_id", "link_base").describe("Frame of the arm's base"))?,
@@ -106,6 +108,18 @@ impl Parameters {
                     .unit("m")
                     .range(0.0..=0.1)
                     .describe("What comes nearer than this counts as a collision"),
+            )?,
+            press_depth: declare.fixed(
+                Parameter::float("press_depth", 0.005)
+                    .unit("m")
+                    .range(0.0..=0.01)
+                    .describe("How deep the cup may press into what it touches in a motion with contact"),
+            )?,
+            hold_settle: node.parameters().declare(
+                Parameter::float("hold_settle", 0.3)
+                    .unit("s")
+                    .range(0.0..=5.0)
+                    .describe("How long the cup may take to hold something at the end of a motion with until_held"),
             )?,
             tool_speed: node.parameters().declare(
                 Parameter::float("tool_speed", 0.25)

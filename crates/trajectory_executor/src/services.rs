@@ -10,8 +10,10 @@ use tokio::task::JoinSet;
 use tracing::Instrument;
 
 use crate::error::{Error, MotionError};
-use crate::executor::Executor;
+use crate::executor::{Executor, Motion};
+use crate::handling::Handling;
 use crate::parameters::Parameters;
+use crate::route::Router;
 
 /// What the services need.
 pub(crate) struct Desk {
@@ -124,9 +126,23 @@ impl Desk {
     async fn home(&self) -> Result<String, MotionError> {
         let home = self.home_angles()?;
         let (at, speed) = (self.executor.held_at()?, self.parameters.tool_speed.get());
-        let trajectory = self.executor.model().planner(speed)?.joint_motion(&at, &home)?;
+        let executor = Arc::clone(&self.executor);
+        let planning = tokio::task::spawn_blocking(move || {
+            let model = executor.model();
+            let router = Router {
+                planner: &model.planner(speed)?,
+                model: &model,
+                handling: Handling::default(),
+            };
+            router.to_angles(&at, &home)
+        });
+        let motion = Motion {
+            trajectory: planning.await.map_err(|error| unplanned(&error))??,
+            handling: Handling::default(),
+            speed,
+        };
         let tolerance = self.parameters.start_tolerance.get();
-        self.executor.begin(trajectory, speed, tolerance)?.ended().await?;
+        self.executor.begin(motion, tolerance)?.ended().await?;
         Ok("the arm is at home".into())
     }
 
@@ -135,4 +151,9 @@ impl Desk {
             .home()
             .map_err(|error| MotionError::Request(error.to_string()))
     }
+}
+
+/// A plan whose thread failed.
+pub(crate) fn unplanned(error: &tokio::task::JoinError) -> MotionError {
+    MotionError::Request(format!("planning failed: {error}"))
 }

@@ -3,5 +3,6 @@
 
 mod faults;
 mod motions;
+mod picks;
 mod scene;
 mod stops;

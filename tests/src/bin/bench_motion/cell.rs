@@ -138,7 +138,7 @@ impl Pick {
     fn check_ms(&self, arm: &ArmModel<7>, checker: &Checker<'_, 7>) -> anyhow::Result<Vec<f64>> {
         let tool_from_cube = RigidTransform::from_parts(Vector3::new(0.0, 0.0, 0.016), UnitQuaternion::identity());
         let cube = Shape::cuboid(&tool_from_cube, [0.05, 0.05, 0.03])?;
-        let object = CarriedObject::new(arm, "object", &[cube], &["vacuum_gripper"])?;
+        let object = CarriedObject::new(arm, "object", &[cube], &["vacuum_gripper", "vacuum_cup"])?;
         let mut times = Vec::with_capacity(ROUNDS);
         for _ in 0..ROUNDS {
             let started = Instant::now();

@@ -1,0 +1,138 @@
+use std::f64::consts::FRAC_PI_6;
+
+use fastrand::Rng;
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::*;
+use crate::handling::Carried;
+use crate::model::tests::{HOME, model};
+
+const GRASPS: usize = 200;
+const APPROACH_SPEED: f64 = 0.05;
+/// The middle of the bin, metres.
+const BIN: [f64; 2] = [0.18, 0.36];
+/// Turns of the tool about its axis, the least first, as grasps are placed.
+const TURNS: [i8; 12] = [0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6];
+
+/// Something that is picked up.
+struct Pick {
+    pregrasp: RigidTransform,
+    grasp: RigidTransform,
+    retreat: RigidTransform,
+    bin: RigidTransform,
+    carried: Option<Carried>,
+}
+
+/// Seconds of the parts of a pick.
+#[derive(Debug, Default)]
+struct Times([f64; 5]);
+
+fn turned(model: &Model, axis: &Vector3<f64>, yaw: f64) -> UnitQuaternion<f64> {
+    let held = model.chain.forward(&SVector::from(HOME)).expect("home").rotation();
+    let turn = UnitQuaternion::rotation_between(&(held * Vector3::z()), axis).expect("both point down");
+    turn * held * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw)
+}
+
+/// A direction no more than 25 degrees from straight down.
+fn approach_axis(random: &mut Rng) -> Vector3<f64> {
+    let (tilt, side) = (25_f64.to_radians() * random.f64(), std::f64::consts::TAU * random.f64());
+    Vector3::new(tilt.sin() * side.cos(), tilt.sin() * side.sin(), -tilt.cos())
+}
+
+fn pick(model: &Model, random: &mut Rng) -> Pick {
+    let within = |random: &mut Rng, low: f64, high: f64| low + (high - low) * random.f64();
+    let axis = approach_axis(random);
+    let place = Vector3::new(
+        within(random, 0.33, 0.53),
+        within(random, -0.1, 0.1),
+        within(random, 0.01, 0.06),
+    );
+    // What is tilted has room below it for so much.
+    let contact = Vector3::new(place.x, place.y, place.z + 0.06 * axis.xy().norm() * 0.5);
+    let at = |offset: Vector3<f64>, rotation| RigidTransform::from_parts(contact + offset, rotation);
+    let reachable = |turn: &&i8| {
+        let rotation = turned(model, &axis, f64::from(**turn) * FRAC_PI_6);
+        let options = IkOptions {
+            attempts: 12,
+            ..IkOptions::default()
+        };
+        model
+            .chain
+            .solve(&at(-0.05 * axis, rotation), &SVector::from(HOME), &options)
+            .is_ok()
+    };
+    let turn = TURNS.iter().find(reachable).copied().expect("within reach");
+    let rotation = turned(model, &axis, f64::from(turn) * FRAC_PI_6);
+    let (radius, length) = (within(random, 0.0, 0.06), contact.z.min(0.06));
+    let yaw = within(random, -std::f64::consts::PI, std::f64::consts::PI);
+    let over = Vector3::new(BIN[0], BIN[1], within(random, 0.08, 0.25));
+    Pick {
+        pregrasp: at(-0.05 * axis, rotation),
+        grasp: at(Vector3::zeros(), rotation),
+        retreat: at(0.1 * Vector3::z(), rotation),
+        bin: RigidTransform::from_parts(over, turned(model, &-Vector3::z(), yaw)),
+        carried: (radius > 0.002).then_some(Carried { radius, length }),
+    }
+}
+
+fn end(trajectory: &Trajectory<7>) -> JointValues {
+    trajectory.end().map(|state| state.position)
+}
+
+/// The way home -> pregrasp -> grasp -> retreat -> bin -> home, each part by itself.
+fn cycle(
+    model: &Model,
+    pick: &Pick,
+    tool_speed: f64,
+    approach_speed: f64,
+) -> Result<Times, (&'static str, MotionError)> {
+    let planner = model.planner(tool_speed).expect("a speed");
+    let router = |carried| Router {
+        model,
+        planner: &planner,
+        handling: Handling {
+            contact: false,
+            carried,
+        },
+    };
+    let touching = |carried| Handling { contact: true, carried };
+    let line = |from: &JointValues, to, speed, handling| {
+        let planner = model.planner(speed)?;
+        let trajectory = planner.line(from, to)?.trajectory;
+        model.require_free(&trajectory, &handling)?;
+        Ok::<_, MotionError>(trajectory)
+    };
+    let named = |name| move |error| (name, error);
+    let there = router(None)
+        .to_pose(&HOME, &pick.pregrasp)
+        .map_err(named("to the pregrasp"))?;
+    let down = line(&end(&there), &pick.grasp, approach_speed, touching(None)).map_err(named("approach"))?;
+    let up = line(&end(&down), &pick.retreat, tool_speed, touching(pick.carried)).map_err(named("retreat"))?;
+    let away = router(pick.carried)
+        .to_pose(&end(&up), &pick.bin)
+        .map_err(named("to the bin"))?;
+    let back = router(None).to_angles(&end(&away), &HOME).map_err(named("home"))?;
+    Ok(Times([&there, &down, &up, &away, &back].map(Trajectory::duration)))
+}
+
+#[test]
+fn picks_anywhere_on_the_mat_find_a_way_to_the_bin_and_home() {
+    let model = model();
+    let mut random = Rng::with_seed(7);
+    let mut failures = Vec::new();
+    let mut sums = [Times::default(), Times::default()];
+    for number in 0..GRASPS {
+        let pick = pick(&model, &mut random);
+        for (sum, speeds) in sums.iter_mut().zip([[0.25, APPROACH_SPEED], [0.95, APPROACH_SPEED]]) {
+            match cycle(&model, &pick, speeds[0], speeds[1]) {
+                Ok(times) => sum.0.iter_mut().zip(times.0).for_each(|(sum, time)| *sum += time),
+                Err((name, error)) => failures.push(format!("{number} at {} m/s, {name}: {error}", speeds[0])),
+            }
+            if number >= 40 {
+                break;
+            }
+        }
+    }
+    println!("mean seconds of the parts at 0.25 and 0.95 m/s: {sums:?}");
+    assert!(failures.is_empty(), "{} of {GRASPS}: {failures:#?}", failures.len());
+}
