@@ -63,6 +63,11 @@ use model::ArmModel;
 use ports::Doors;
 use shared::Shared;
 
+/// The nominal arm: links, joints, collision shapes.
+pub(crate) fn nominal_robot() -> Result<urdf_rs::Robot, ArmError> {
+    model::read_urdf()
+}
+
 /// `base_from_flange` of an arm when it is switched on.
 pub(crate) fn flange_of(config: &ArmConfig) -> Result<RigidTransform, ArmError> {
     Ok(ArmModel::new(config)?.flange(&config.joints))
@@ -107,6 +112,8 @@ pub struct ArmMoment {
     pub warning: u8,
     /// Kilograms that the cup holds.
     pub held: Option<f64>,
+    /// Whether its pump runs.
+    pub vacuum: bool,
     /// Since the start, microseconds of the controller's clock.
     pub micros: u64,
 }
@@ -285,6 +292,7 @@ impl Core {
             error: self.error,
             warning: self.warning,
             held: self.tool.held(),
+            vacuum: self.tool.is_drawing(),
             micros: self.micros,
         }
     }

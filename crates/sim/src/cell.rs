@@ -23,33 +23,35 @@ use gige_vision::Server;
 use gige_vision::gvcp::GVCP_PORT;
 
 use crate::SimError;
-use crate::arm::{ArmController, ArmMoment, SuctionWorld};
+use crate::arm::ArmController;
 use crate::board::{BoardConfig, Edge, LightBoard, Pin};
 use crate::world::{Camera, World};
 use darkroom::Darkroom;
 use eye::Eye;
 use gallery::Gallery;
+use mount::MountedArm;
 use settings::Settings;
-use suction::SceneSuction;
+use stock::Stock;
 use wires::Wires;
 
+mod contact;
 mod darkroom;
 mod eye;
+mod follower;
 mod gallery;
+mod mount;
 mod settings;
-mod suction;
+mod stock;
 mod timeline;
+mod unchanged;
 mod wires;
 
+pub use contact::WorldContact;
 pub use gallery::Sight;
+pub use stock::{ObjectState, Place};
 
 /// How often a camera's settings are looked at, to have images of the right kind ready.
 const LOOK_AROUND: Duration = Duration::from_millis(50);
-
-/// An arm that moves is shown to its camera every so many steps of its controller, and when it rests.
-const STEPS_SHOWN: u32 = 10;
-/// A joint that is slower rests, rad/s.
-const RESTING: f64 = 1e-9;
 
 /// How a cell is set up, apart from its world.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -79,14 +81,9 @@ pub struct Cell {
     wires: Arc<Wires>,
     served: Arc<[Served]>,
     gallery: Arc<Gallery>,
+    stock: Arc<Stock>,
     arm: Option<MountedArm>,
     threads: Vec<JoinHandle<()>>,
-}
-
-/// The arm, and what its cup can take hold of.
-struct MountedArm {
-    controller: ArmController,
-    suction: Arc<SceneSuction>,
 }
 
 /// A camera on the network.
@@ -112,8 +109,10 @@ impl Cell {
         let mut config = options.board.clone();
         config.link = config.link.or_else(|| world.lights.port.clone());
         let cameras = world.cameras.clone();
-        let gallery = Arc::new(Gallery::new(world));
-        let arm = mount_arm(&gallery)?;
+        let stock = Arc::new(Stock::new(&world)?);
+        let arm = world.arm.clone();
+        let gallery = Arc::new(Gallery::new(world, stock.inventory().places()));
+        let arm = arm.map(|arm| MountedArm::start(&arm, &gallery, &stock)).transpose()?;
         let wires = Arc::new(Wires::default());
         let serve = |(index, camera)| serve(index, camera, &gallery, &wires, options);
         let served: Arc<[Served]> = cameras.iter().enumerate().map(serve).collect::<Result<_, _>>()?;
@@ -129,6 +128,7 @@ impl Cell {
             wires,
             served,
             gallery,
+            stock,
             arm,
             threads,
         })
@@ -146,7 +146,18 @@ impl Cell {
 
     /// The arm's controller, to see what it does and to make it fail; none in a world without.
     pub fn arm(&self) -> Option<&ArmController> {
-        self.arm.as_ref().map(|arm| &arm.controller)
+        self.arm.as_ref().map(MountedArm::controller)
+    }
+
+    /// The world's objects, in its order, and where they went.
+    pub fn objects(&self) -> Vec<ObjectState> {
+        let base_from_cup = self.arm.as_ref().map(MountedArm::base_from_cup);
+        self.stock.objects(base_from_cup.as_ref())
+    }
+
+    /// What the arm, or what it carried, has hit so far, oldest first.
+    pub fn collisions(&self) -> Vec<WorldContact> {
+        self.arm.as_ref().map_or_else(Vec::new, MountedArm::collisions)
     }
 
     /// As it is now.
@@ -154,24 +165,21 @@ impl Cell {
         self.gallery.world()
     }
 
-    /// Changes the world from the next frame on. What is on the network has to stay: the cameras' addresses, serial
-    /// numbers, sensor sizes and trigger lines, the lights' port, and the arm, which stays where it went.
+    /// Changes the world from the next frame on: every object is where it says, cup and bin are empty. What is on the
+    /// network has to stay: the cameras' addresses, serial numbers, sensor sizes and trigger lines, the lights' port, and
+    /// the arm, which stays where it went.
     pub fn set_world(&self, mut world: World) -> Result<(), SimError> {
-        let old = self.world();
-        for (camera, old) in world.cameras.iter().zip(&old.cameras) {
-            check_unchanged(camera, old)?;
-        }
-        if world.lights.port != old.lights.port {
-            return Err(stays("lights.port", &world.lights.port, &old.lights.port));
-        }
-        if world.arm != old.arm {
-            return Err(stays("arm", &world.arm, &old.arm));
-        }
+        unchanged::check(&world, &self.world())?;
+        let arm_changed_it = self.stock.reset(&world)?;
         if let Some(arm) = &self.arm {
-            arm.suction.set_scene(&world.scene)?;
-            world.base_from_flange = arm.controller.moment().base_from_flange;
+            arm.let_go();
+            world.base_from_flange = arm.controller().moment().base_from_flange;
         }
-        self.gallery.set_world(world);
+        let inventory = self.stock.inventory();
+        self.gallery.set_world(world, inventory.number, inventory.places());
+        if arm_changed_it {
+            tracing::info!("every object is back where the world says; cup and bin are empty");
+        }
         Ok(())
     }
 
@@ -214,6 +222,8 @@ impl Drop for Cell {
     fn drop(&mut self) {
         self.gallery.end();
         self.wires.connect(None);
+        // It looks at all the rest.
+        self.arm = None;
         for served in self.served.iter() {
             served.darkroom.end();
         }
@@ -271,26 +281,6 @@ fn feel(edge: Edge, cameras: &[Served], wires: &Wires) {
     }
 }
 
-/// Starts the world's arm, which moves the flange from now on.
-fn mount_arm(gallery: &Arc<Gallery>) -> Result<Option<MountedArm>, SimError> {
-    let world = gallery.world();
-    let Some(arm) = &world.arm else {
-        return Ok(None);
-    };
-    let suction = Arc::new(SceneSuction::new(&world.scene)?);
-    let mut config = arm.config();
-    config.suction = Some(Arc::clone(&suction) as Arc<dyn SuctionWorld>);
-    let (gallery, mut steps) = (Arc::clone(gallery), 0_u32);
-    let controller = ArmController::start_watched(config, move |moment: &ArmMoment| {
-        steps = steps.wrapping_add(1);
-        let rests = moment.velocities.iter().all(|velocity| velocity.abs() < RESTING);
-        if rests || steps.is_multiple_of(STEPS_SHOWN) {
-            gallery.set_flange(moment.base_from_flange);
-        }
-    })?;
-    Ok(Some(MountedArm { controller, suction }))
-}
-
 fn start_threads(gallery: &Arc<Gallery>, served: &Arc<[Served]>) -> Vec<JoinHandle<()>> {
     let renderer = Arc::clone(gallery);
     let mut threads = vec![std::thread::spawn(move || renderer.run())];
@@ -322,30 +312,8 @@ fn look_ahead(camera: usize, gallery: &Gallery, served: &Served) -> Result<bool,
     if served.server.controller().is_some() {
         gallery.want(camera, settings.binning);
     }
-    match gallery.of_binning(camera, settings.binning) {
+    match gallery.probable(camera, settings.binning) {
         Some(exhibit) => served.darkroom.work_ahead(&exhibit, &settings),
         None => Ok(false),
     }
-}
-
-fn check_unchanged(camera: &Camera, old: &Camera) -> Result<(), SimError> {
-    let within = |error: SimError| error.within(&format!("cameras.{}", camera.name));
-    let size = |camera: &Camera| [camera.lens.width(), camera.lens.height()];
-    if camera.address != old.address {
-        return Err(within(stays("address", camera.address, old.address)));
-    }
-    if camera.serial != old.serial {
-        return Err(within(stays("serial", &camera.serial, &old.serial)));
-    }
-    if size(camera) != size(old) {
-        return Err(within(stays("width and height", size(camera), size(old))));
-    }
-    if camera.trigger_line != old.trigger_line {
-        return Err(within(stays("trigger_line", camera.trigger_line, old.trigger_line)));
-    }
-    Ok(())
-}
-
-fn stays<T: std::fmt::Debug>(place: &str, found: T, old: T) -> SimError {
-    SimError::value(place, format!("{found:?}"), format!("{old:?} as long as the cell runs"))
 }

@@ -15,6 +15,9 @@ pub enum SimError {
     /// The simulated arm.
     #[error(transparent)]
     Arm(#[from] crate::arm::ArmError),
+    /// The arm's collision shapes.
+    #[error(transparent)]
+    Collision(#[from] collision::CollisionError),
     /// Impossible geometry.
     #[error(transparent)]
     Geometry(#[from] geometry::GeometryError),

@@ -13,6 +13,7 @@ pub mod board;
 pub mod cell;
 mod error;
 pub mod objects;
+mod physics;
 pub mod render;
 pub mod scene;
 pub mod sensor;

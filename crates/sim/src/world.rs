@@ -25,6 +25,9 @@
 //!   firmware: v2.5.5
 //!   vacuum: 1                   # wiring of the vacuum gripper, 1 or 2
 //!   joints: [0, -0.4, 0, 0.7, 0, 1.1, 0]      # in place of `flange`
+//!   collisions: stop            # or count: the arm goes on through what it hits
+//! bin: {x: 0.18, y: 0.36, yaw: 0, size: 0.18, height: 0.06}   # of its inside
+//! scatter: {seed: 1, count: 5}  # more objects, drawn at random: see `Scatter`
 //! room: {mat_albedo: 0.04, walls: []}
 //! ambient: 0.0009               # radiance from everywhere, in the panels' unit
 //! ```
@@ -41,12 +44,18 @@ use crate::scene::{Scene, View};
 use crate::sensor::Sensor;
 
 mod arm;
+mod bin;
 mod cameras;
 mod file;
 mod lights;
 mod objects;
 mod pose;
 mod room;
+mod scatter;
+
+pub use arm::Collisions;
+pub use bin::Bin;
+pub use scatter::{KINDS_TO_SCATTER, Region, Scatter};
 
 /// Everything there is.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,6 +70,8 @@ pub struct World {
     pub arm: Option<Arm>,
     /// Where the arm holds its flange.
     pub base_from_flange: RigidTransform,
+    /// Where the cup drops what it picked.
+    pub bin: Bin,
     /// Objects, room and panels, as they are.
     pub scene: Scene,
 }
@@ -89,6 +100,8 @@ pub struct Arm {
     pub vacuum: VacuumHardware,
     /// Radians.
     pub joints: [f64; 7],
+    /// What happens when it hits something.
+    pub collisions: Collisions,
 }
 
 /// A camera.
@@ -150,22 +163,36 @@ impl World {
     /// What a camera sees when `binning` columns and rows of its sensor are averaged.
     pub fn view(&self, camera: &Camera, binning: [u32; 2]) -> Result<View, SimError> {
         Ok(View {
-            camera: binned(&camera.lens, binning)?,
+            camera: camera.binned_lens(binning)?,
             base_from_camera: self.base_from_camera(camera),
         })
     }
 
     /// Where a camera is.
     pub fn base_from_camera(&self, camera: &Camera) -> RigidTransform {
-        match camera.mount {
-            Mount::Table { base_from_camera } => base_from_camera,
-            Mount::Flange { flange_from_camera } => self.base_from_flange * flange_from_camera,
-        }
+        camera.mount.base_from_camera(&self.base_from_flange)
     }
 
     /// The camera of this name.
     pub fn camera(&self, name: &str) -> Option<&Camera> {
         self.cameras.iter().find(|camera| camera.name == name)
+    }
+}
+
+impl Camera {
+    /// Of an image in which `binning` columns and rows of the sensor are averaged.
+    pub(crate) fn binned_lens(&self, binning: [u32; 2]) -> Result<PinholeCamera, SimError> {
+        binned(&self.lens, binning)
+    }
+}
+
+impl Mount {
+    /// Where the camera is when the flange is there.
+    pub fn base_from_camera(&self, base_from_flange: &RigidTransform) -> RigidTransform {
+        match *self {
+            Self::Table { base_from_camera } => base_from_camera,
+            Self::Flange { flange_from_camera } => *base_from_flange * flange_from_camera,
+        }
     }
 }
 

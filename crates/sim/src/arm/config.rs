@@ -18,6 +18,12 @@ pub trait SuctionWorld: Debug + Send + Sync {
     /// The mass (kilograms) of what a cup would hold whose mouth is at this pose, z out of it; none where its rim does
     /// not lie on a surface. Asked every 4 ms while the pump runs and nothing is held.
     fn touched(&self, base_from_cup: &RigidTransform) -> Option<f64>;
+
+    /// The cup, at this pose, has taken hold of what it touches. Must not block.
+    fn sealed(&self, _base_from_cup: &RigidTransform) {}
+
+    /// The cup, at this pose, has let go of what it held. Must not block.
+    fn released(&self, _base_from_cup: &RigidTransform) {}
 }
 
 /// How an arm is set up.

@@ -61,6 +61,8 @@ pub(super) struct Core {
     /// Of tool, m/s.
     pub(super) tool_speed: f64,
     touches_itself: bool,
+    /// Something was in the cup a step ago.
+    holds: bool,
     pub(super) tasks: u16,
     pub(super) micros: u64,
     /// To be sent, with the client's number.
@@ -93,6 +95,7 @@ impl Core {
             planner: Planner::default(),
             trace: ServoTrace::default(),
             tool_speed: 0.0,
+            holds: false,
             tasks: 0,
             micros: 0,
             outbox: Vec::new(),
@@ -247,6 +250,12 @@ impl Core {
         let suction = self.config.suction.as_deref();
         self.tool
             .step(STEP, || suction.and_then(|world| world.touched(&base_from_cup)));
+        let held_before = std::mem::replace(&mut self.holds, self.tool.held().is_some());
+        match suction {
+            Some(world) if self.holds && !held_before => world.sealed(&base_from_cup),
+            Some(world) if held_before && !self.holds => world.released(&base_from_cup),
+            _ => {}
+        }
     }
 
     pub(super) fn drive_of_mode(&self) -> Drive {

@@ -24,10 +24,7 @@ pub(super) struct ArmModel {
 
 impl ArmModel {
     pub(super) fn new(config: &ArmConfig) -> Result<Self, ArmError> {
-        let urdf = |error: urdf_rs::UrdfError| ArmError::Urdf {
-            reason: error.to_string(),
-        };
-        let mut robot = urdf_rs::read_from_string(URDF).map_err(urdf)?;
+        let mut robot = read_urdf()?;
         let ranges = config.identity.generation().joint_ranges();
         let moving = robot.joints.iter_mut().filter(|joint| joint.limit.velocity > 0.0);
         for (joint, range) in moving.zip(ranges) {
@@ -115,6 +112,12 @@ impl ArmModel {
         });
         Ok(self.chain.solve(pose, &seed, &options)?.angles.into())
     }
+}
+
+pub(super) fn read_urdf() -> Result<urdf_rs::Robot, ArmError> {
+    urdf_rs::read_from_string(URDF).map_err(|error| ArmError::Urdf {
+        reason: error.to_string(),
+    })
 }
 
 fn nominal_dimensions() -> [ModifiedDh; 7] {

@@ -60,13 +60,18 @@ impl ToolBoard {
         self.held
     }
 
+    /// Whether the pump runs and the vent is shut.
+    pub(super) fn is_drawing(&self) -> bool {
+        self.hardware.is_on(self.outputs.into())
+    }
+
     pub(super) fn lose(&mut self) {
         (self.held, self.lost) = (None, true);
     }
 
     /// `touched` tells what mass the cup's rim lies on.
     pub(super) fn step(&mut self, seconds: f64, touched: impl FnOnce() -> Option<f64>) {
-        if !self.hardware.is_on(self.outputs.into()) {
+        if !self.is_drawing() {
             self.rest(seconds);
             return;
         }

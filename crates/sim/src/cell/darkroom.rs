@@ -1,7 +1,8 @@
 //! Develops a camera's images, the next ones ahead of time: a frame has to be there when a real camera's would be.
 //!
-//! An image depends on the world, the light, the camera's settings and how many images with this light there were since
-//! the world changed, on nothing else: whether it was developed ahead cannot be seen in it.
+//! An image depends on what is seen, the light, the camera's settings and how many images with this light there were
+//! since the world was given, on nothing else: whether it was developed ahead cannot be seen in it. What the arm does does
+//! not make noise begin anew.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
@@ -30,8 +31,8 @@ pub(super) struct Darkroom {
 
 #[derive(Debug)]
 struct State {
-    edition: u64,
-    /// Images given of each kind of light in this edition.
+    series: u64,
+    /// Images given of each kind of light in this series.
     given: HashMap<LightState, u64>,
     shelf: HashMap<LightState, (Recipe, Bytes)>,
     served_at: Instant,
@@ -42,6 +43,7 @@ struct State {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Recipe {
     edition: u64,
+    series: u64,
     lights: LightState,
     number: u64,
     settings: Settings,
@@ -52,7 +54,7 @@ impl Darkroom {
         Self {
             camera,
             state: Mutex::new(State {
-                edition: 0,
+                series: 0,
                 given: HashMap::new(),
                 shelf: HashMap::new(),
                 served_at: Instant::now(),
@@ -147,13 +149,14 @@ impl Darkroom {
 
 impl State {
     fn next(&mut self, exhibit: &Exhibit, lights: LightState, settings: &Settings) -> Recipe {
-        if self.edition != exhibit.edition {
-            self.edition = exhibit.edition;
+        if self.series != exhibit.series {
+            self.series = exhibit.series;
             self.given.clear();
             self.shelf.clear();
         }
         Recipe {
-            edition: self.edition,
+            edition: exhibit.edition,
+            series: self.series,
             lights,
             number: self.given.get(&lights).copied().unwrap_or_default(),
             settings: *settings,
@@ -212,6 +215,7 @@ mod tests {
             }),
             world: Arc::new(world),
             edition,
+            series: 0,
         }
     }
 

@@ -43,7 +43,7 @@ impl Eye {
             .ok_or("the light controller has died")?;
         let exhibit = self
             .gallery
-            .wait_for(self.camera, settings.binning, self.patience)
+            .wait_for(self.camera, settings.binning, self.patience, true)
             .map_err(|error| error.to_string())?;
         let lights = lights(&exhibit, shares);
         let image = self.darkroom.image(&exhibit, lights, &settings);

@@ -1,24 +1,32 @@
-//! What the cameras see: rendered by a thread of its own whenever that changes, kept until it changes again.
+//! What the cameras see: rendered by a thread of its own, kept while it may be seen again.
+//!
+//! A view is where a camera stands and where the bodies are. The camera on the arm comes back to where frames were taken:
+//! what it will see there is rendered ahead as soon as it is known, while the arm is still under way.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use geometry::RigidTransform;
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use crate::SimError;
-use crate::render::{RenderOptions, RenderedView, render};
+use crate::render::RenderedView;
 use crate::scene::View;
 use crate::world::World;
+use job::{Ahead, Job};
+use layout::Layout;
+use state::State;
+use wall::Wall;
+
+mod job;
+mod layout;
+mod state;
+mod wall;
+
+pub(super) use layout::Places;
 
 /// Columns and rows averaged into one.
 pub(super) type Binning = [u32; 2];
-
-/// An arm that moves is not followed step by step: it is looked at when it has been still for so long, or when a frame
-/// is wanted.
-const STILL: Duration = Duration::from_millis(100);
-/// An arm that is held trembles by less, metres and radians; no pixel shows it.
-const UNSEEN: [f64; 2] = [2e-6, 5e-6];
 
 /// A rendered view.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,9 +43,26 @@ pub struct Sight {
 #[derive(Debug, Clone)]
 pub(super) struct Exhibit {
     pub(super) sight: Arc<Sight>,
+    /// Cameras, lights and seed; what the objects do is in the sight.
     pub(super) world: Arc<World>,
-    /// Rises with every change of the world or of this camera's place.
+    /// Of the sight: no other has it.
     pub(super) edition: u64,
+    /// Rises with every change of the world that is not the arm's: noise begins anew with it.
+    pub(super) series: u64,
+}
+
+/// What the arm does to the world.
+#[derive(Debug, Clone)]
+pub(super) struct Scenery {
+    /// Of the world that it belongs to; of another it is nothing.
+    pub(super) number: u64,
+    pub(super) base_from_flange: RigidTransform,
+    pub(super) places: Places,
+    /// Where the bodies will be when the cup has let go; none: it holds nothing.
+    pub(super) expected: Option<Places>,
+    /// What moves is not followed step by step: it is looked at when it has been still for so long, or when a frame is
+    /// wanted.
+    pub(super) still: Duration,
 }
 
 #[derive(Debug)]
@@ -46,82 +71,65 @@ pub(super) struct Gallery {
     changed: Condvar,
 }
 
-#[derive(Debug)]
-struct State {
-    world: Arc<World>,
-    edition: u64,
-    cameras: Vec<Wall>,
-    ended: bool,
-}
-
-/// What is there of a camera.
-#[derive(Debug)]
-struct Wall {
-    /// The binning that will be asked for.
-    wanted: Binning,
-    sights: HashMap<Binning, Arc<Sight>>,
-    /// Binnings that frames wait for.
-    awaited: Vec<Binning>,
-    edition: u64,
-    /// Not to be rendered before.
-    still_at: Instant,
-    /// Why the last attempt failed.
-    failure: Option<String>,
-}
-
-/// Something to render.
-struct Job {
-    camera: usize,
-    binning: Binning,
-    edition: u64,
-    world: Arc<World>,
-}
-
 impl Gallery {
-    pub(super) fn new(world: World) -> Self {
-        let wall = |binning: u32| Wall {
-            wanted: [binning; 2],
-            sights: HashMap::new(),
-            awaited: Vec::new(),
-            edition: 0,
-            still_at: Instant::now(),
-            failure: None,
-        };
-        let cameras = world.cameras.iter().map(|camera| wall(camera.binning)).collect();
+    pub(super) fn new(world: World, places: Places) -> Self {
+        let cameras = world.cameras.iter().map(|camera| Wall::new(camera.binning));
         Self {
             state: Mutex::new(State {
+                base_from_flange: world.base_from_flange,
+                number: 0,
+                layout: Arc::new(Layout { scene: 0, places }),
+                expected: None,
+                cameras: cameras.collect(),
                 world: Arc::new(world),
-                edition: 0,
-                cameras,
+                rendered: 0,
                 ended: false,
             }),
             changed: Condvar::new(),
         }
     }
 
+    /// As it is now.
     pub(super) fn world(&self) -> Arc<World> {
-        Arc::clone(&self.state.lock().world)
+        let (world, layout, base_from_flange) = {
+            let state = self.state.lock();
+            (Arc::clone(&state.world), Arc::clone(&state.layout), state.base_from_flange)
+        };
+        Arc::new(World {
+            scene: layout.scene(&world),
+            base_from_flange,
+            ..World::clone(&world)
+        })
     }
 
-    /// Another world; views that do not change by it stay.
-    pub(super) fn set_world(&self, world: World) {
+    /// Another world, with its objects there; views that do not change by it stay.
+    pub(super) fn set_world(&self, world: World, number: u64, places: Places) {
         let mut state = self.state.lock();
         let old = std::mem::replace(&mut state.world, Arc::new(world));
-        let seen_anew = state.world.scene != old.scene;
-        state.show_anew(&old, seen_anew, Instant::now());
+        state.number = number;
+        state.base_from_flange = state.world.base_from_flange;
+        let is_seen_anew = state.world.scene != old.scene;
+        let scene = state.layout.scene + u64::from(is_seen_anew);
+        state.layout = Arc::new(Layout { scene, places });
+        state.expected = None;
+        state.show_anew(&old, is_seen_anew);
         self.changed.notify_all();
     }
 
-    /// The arm moved; cameras that it does not carry see what they saw.
-    pub(super) fn set_flange(&self, base_from_flange: geometry::RigidTransform) {
+    /// The arm moved, or an object did; cameras that do not see it keep what they saw.
+    pub(super) fn show(&self, scenery: Scenery) {
         let mut state = self.state.lock();
-        if is_as_seen(&state.world.base_from_flange, &base_from_flange) {
-            return;
+        if state.number == scenery.number && state.show(scenery, Instant::now()) {
+            self.changed.notify_all();
         }
-        let old = Arc::clone(&state.world);
-        Arc::make_mut(&mut state.world).base_from_flange = base_from_flange;
-        state.show_anew(&old, false, Instant::now() + STILL);
-        self.changed.notify_all();
+    }
+
+    /// The flange moved, by hand.
+    pub(super) fn set_flange(&self, base_from_flange: RigidTransform) {
+        let mut state = self.state.lock();
+        if state.move_flange(base_from_flange, Instant::now()) {
+            self.changed.notify_all();
+        }
     }
 
     /// A client will probably ask for this.
@@ -139,9 +147,13 @@ impl Gallery {
         state.exhibit(camera, state.cameras[camera].wanted)
     }
 
-    /// What is there of a binning.
-    pub(super) fn of_binning(&self, camera: usize, binning: Binning) -> Option<Exhibit> {
-        self.state.lock().exhibit(camera, binning)
+    /// What frames of a binning will probably show: what is seen now, else what will be seen when the arm is back.
+    pub(super) fn probable(&self, camera: usize, binning: Binning) -> Option<Exhibit> {
+        let state = self.state.lock();
+        state.exhibit(camera, binning).or_else(|| {
+            let (view, layout) = state.expected_view(camera, binning)?;
+            Some(state.exhibit_of(camera, state.cameras[camera].find(&view, layout)?))
+        })
     }
 
     /// Whether there is something of the binning that is wanted; fails when there will not be.
@@ -150,25 +162,36 @@ impl Gallery {
         let wall = &state.cameras[camera];
         match &wall.failure {
             Some(reason) => Err(state.not_rendered(camera, Duration::ZERO, reason.clone())),
-            None => Ok(wall.sights.contains_key(&wall.wanted)),
+            None => Ok(state.exhibit(camera, wall.wanted).is_some()),
         }
     }
 
     /// The view at the binning that is wanted.
     pub(super) fn wait_for_wanted(&self, camera: usize, patience: Duration) -> Result<Exhibit, SimError> {
         let wanted = self.state.lock().cameras[camera].wanted;
-        self.wait_for(camera, wanted, patience)
+        self.wait_for(camera, wanted, patience, false)
     }
 
-    /// The view as the world is now, as soon as it is rendered.
-    pub(super) fn wait_for(&self, camera: usize, binning: Binning, patience: Duration) -> Result<Exhibit, SimError> {
+    /// The view as the world is now, as soon as it is rendered. From where a frame was taken another one will be.
+    pub(super) fn wait_for(
+        &self,
+        camera: usize,
+        binning: Binning,
+        patience: Duration,
+        is_frame: bool,
+    ) -> Result<Exhibit, SimError> {
         let (start, mut state) = (Instant::now(), self.state.lock());
+        // A view that cannot be is not waited for.
+        state.view(camera, binning)?;
         state.cameras[camera].awaited.push(binning);
         self.changed.notify_all();
         let outcome = self.wait_locked(&mut state, camera, binning, start, patience);
-        let awaited = &mut state.cameras[camera].awaited;
-        if let Some(index) = awaited.iter().position(|awaited| *awaited == binning) {
-            awaited.swap_remove(index);
+        let wall = &mut state.cameras[camera];
+        if let Some(index) = wall.awaited.iter().position(|awaited| *awaited == binning) {
+            wall.awaited.swap_remove(index);
+        }
+        if let (true, Ok(exhibit)) = (is_frame, &outcome) {
+            wall.taken_from = Some(exhibit.sight.view.base_from_camera);
         }
         outcome
     }
@@ -202,20 +225,10 @@ impl Gallery {
 
     /// Renders until the end.
     pub(super) fn run(&self) {
+        let ahead = Ahead::new();
         while let Some(job) = self.next_job() {
-            let outcome = job.render();
-            let mut state = self.state.lock();
-            let wall = &mut state.cameras[job.camera];
-            // A view of a world that is no more is nobody's.
-            if wall.edition == job.edition {
-                match outcome {
-                    Ok(sight) => drop(wall.sights.insert(job.binning, Arc::new(sight))),
-                    Err(error) => {
-                        tracing::error!("camera {}: {error}", job.camera + 1);
-                        wall.failure = Some(error.to_string());
-                    }
-                }
-            }
+            let outcome = job.render(&ahead);
+            self.state.lock().hang(&job, outcome);
             self.changed.notify_all();
         }
     }
@@ -235,80 +248,4 @@ impl Gallery {
         }
         None
     }
-}
-
-impl State {
-    /// After a change of the world: takes down what is not seen any more.
-    fn show_anew(&mut self, old: &World, all: bool, still_at: Instant) {
-        self.edition += 1;
-        let world = &self.world;
-        for ((wall, camera), old_camera) in self.cameras.iter_mut().zip(&world.cameras).zip(&old.cameras) {
-            let moved = world.base_from_camera(camera) != old.base_from_camera(old_camera);
-            if all || moved || camera.lens != old_camera.lens {
-                wall.sights.clear();
-                wall.still_at = still_at;
-                wall.failure = None;
-            }
-            // Noise begins anew even where the view stays: it belongs to the world.
-            if all || moved || world.seed != old.seed || camera != old_camera {
-                wall.edition = self.edition;
-            }
-        }
-    }
-
-    fn not_rendered(&self, camera: usize, waited: Duration, reason: String) -> SimError {
-        SimError::NotRendered {
-            camera: self.world.cameras[camera].name.clone(),
-            waited,
-            reason,
-        }
-    }
-
-    fn exhibit(&self, camera: usize, binning: Binning) -> Option<Exhibit> {
-        let wall = &self.cameras[camera];
-        Some(Exhibit {
-            sight: Arc::clone(wall.sights.get(&binning)?),
-            world: Arc::clone(&self.world),
-            edition: wall.edition,
-        })
-    }
-
-    fn next_job(&self, now: Instant) -> Option<Job> {
-        let missing = |wall: &Wall, binning: &Binning| !wall.sights.contains_key(binning);
-        let awaited = |wall: &Wall| wall.awaited.iter().copied().find(|binning| missing(wall, binning));
-        let wanted = |wall: &Wall| (wall.still_at <= now && missing(wall, &wall.wanted)).then_some(wall.wanted);
-        let open = || {
-            self.cameras
-                .iter()
-                .enumerate()
-                .filter(|(_, wall)| wall.failure.is_none())
-        };
-        let first = open().find_map(|(camera, wall)| Some((camera, awaited(wall)?)));
-        let (camera, binning) = first.or_else(|| open().find_map(|(camera, wall)| Some((camera, wanted(wall)?))))?;
-        Some(Job {
-            camera,
-            binning,
-            edition: self.cameras[camera].edition,
-            world: Arc::clone(&self.world),
-        })
-    }
-}
-
-impl Job {
-    fn render(&self) -> Result<Sight, SimError> {
-        let start = Instant::now();
-        let view = self.world.view(&self.world.cameras[self.camera], self.binning)?;
-        // The renderer's own noise does not follow the sensors' seed: a world seen twice is seen alike.
-        let rendered = render(&self.world.scene, &view, &RenderOptions::default())?;
-        Ok(Sight {
-            view,
-            rendered,
-            took: start.elapsed(),
-        })
-    }
-}
-
-fn is_as_seen(shown: &geometry::RigidTransform, now: &geometry::RigidTransform) -> bool {
-    let off = shown.inverse() * *now;
-    off.translation().norm() < UNSEEN[0] && off.rotation().angle() < UNSEEN[1]
 }

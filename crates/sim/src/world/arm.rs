@@ -26,6 +26,18 @@ pub(super) struct ArmFile {
     firmware: Option<String>,
     vacuum: Option<u8>,
     joints: Option<[f64; 7]>,
+    collisions: Collisions,
+}
+
+/// What the controller does when the arm hits something.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Collisions {
+    /// Error 31, as the hardware does when its motors feel more than they should.
+    #[default]
+    Stop,
+    /// Nothing; they are counted only.
+    Count,
 }
 
 impl ArmFile {
@@ -39,6 +51,7 @@ impl ArmFile {
             firmware: self.firmware(defaults.identity.firmware)?,
             vacuum: self.vacuum()?,
             joints: self.joints.unwrap_or(defaults.joints),
+            collisions: self.collisions,
         };
         let place = |reason: crate::arm::ArmError| {
             let joints = format!("{:?}", self.joints.unwrap_or_default());

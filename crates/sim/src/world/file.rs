@@ -5,11 +5,13 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::arm::ArmFile;
+use super::bin::Bin;
 use super::cameras::CamerasFile;
 use super::lights::LightsFile;
-use super::objects::{ObjectFile, bodies};
+use super::objects::{ObjectFile, bodies, require_few};
 use super::pose::PoseFile;
 use super::room::RoomFile;
+use super::scatter::Scatter;
 use super::{World, cameras};
 use crate::SimError;
 use crate::arm::flange_of;
@@ -29,6 +31,8 @@ pub(super) struct WorldFile {
     arm: Option<ArmFile>,
     room: RoomFile,
     ambient: Option<f64>,
+    bin: Bin,
+    scatter: Option<Scatter>,
 }
 
 impl WorldFile {
@@ -44,6 +48,7 @@ impl WorldFile {
             cameras: self.cameras.resolve().map_err(|error| error.within("cameras"))?,
             base_from_flange: held.unwrap_or(base_from_flange),
             arm,
+            bin: self.bin.checked().map_err(|error| error.within("bin"))?,
             scene: self.scene(folder)?,
         })
     }
@@ -51,8 +56,14 @@ impl WorldFile {
     fn scene(&self, folder: &Path) -> Result<Scene, SimError> {
         let ambient_radiance = self.ambient.unwrap_or(AMBIENT);
         within("ambient", ambient_radiance, 0.0, 1000.0)?;
+        let mut bodies = bodies(&self.objects, folder)?;
+        if let Some(scatter) = &self.scatter {
+            let more = scatter.bodies(&bodies).map_err(|error| error.within("scatter"))?;
+            bodies.extend(more);
+            require_few(bodies.len())?;
+        }
         Ok(Scene {
-            bodies: bodies(&self.objects, folder)?,
+            bodies,
             room: self.room.resolve().map_err(|error| error.within("room"))?,
             panels: self.lights.panels().map_err(|error| error.within("lights.panels"))?,
             ambient_radiance,

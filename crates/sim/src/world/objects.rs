@@ -63,10 +63,7 @@ impl Default for AlbedoFile {
 }
 
 pub(super) fn bodies(objects: &[ObjectFile], folder: &Path) -> Result<Vec<Body>, SimError> {
-    if objects.len() > MOST_OBJECTS {
-        let found = format!("a list of {}", objects.len());
-        return Err(SimError::value("objects", found, format!("at most {MOST_OBJECTS}")));
-    }
+    require_few(objects.len())?;
     let mut names = HashSet::new();
     let mut bodies = Vec::with_capacity(objects.len());
     for (index, object) in objects.iter().enumerate() {
@@ -82,6 +79,14 @@ pub(super) fn bodies(objects: &[ObjectFile], folder: &Path) -> Result<Vec<Body>,
         bodies.push(body);
     }
     Ok(bodies)
+}
+
+pub(super) fn require_few(objects: usize) -> Result<(), SimError> {
+    if objects <= MOST_OBJECTS {
+        return Ok(());
+    }
+    let found = format!("a list of {objects}");
+    Err(SimError::value("objects", found, format!("at most {MOST_OBJECTS}")))
 }
 
 impl ObjectFile {
