@@ -6,10 +6,11 @@ use std::sync::Arc;
 use calibration_files::LightsFile;
 use interfaces::ByteSequence;
 use interfaces::builtin_interfaces::msg::Time;
-use interfaces::rakelight_msgs::msg::Exposure;
+use interfaces::rakelight_msgs::msg::{CellState, Exposure};
+use interfaces::rakelight_msgs::srv::{Solve, SolveRequest, SolveResponse};
 use interfaces::sensor_msgs::msg::{CameraInfo, Image, PointCloud2};
 use photometric::LightRig;
-use ros::{Node, NodeOptions, Publisher, Qos, Source};
+use ros::{Node, NodeOptions, Publisher, Qos, ServiceClient, Source};
 use scenarios::{Domain, Logs, TIMEOUT, eventually, within};
 use tokio::task::JoinHandle;
 
@@ -168,12 +169,17 @@ impl Camera {
 
     /// A dark frame and seven equally bright ones; `spoil` changes an image before it is sent.
     fn send(&self, capture: i32, spoil: impl Fn(u8, &mut Image)) {
-        for index in 0..8_u8 {
+        self.send_sequence(capture, &[0, 1, 2, 3, 4, 5, 6, 7], spoil);
+    }
+
+    /// `spoil` knows an image by its place in the sequence.
+    fn send_sequence(&self, capture: i32, channels: &[u8], spoil: impl Fn(u8, &mut Image)) {
+        for (index, &channel) in (0_u8..).zip(channels) {
             let mut exposure = Exposure {
                 capture_id: format!("capture {capture}"),
-                channel: index,
+                channel,
                 index,
-                count: 8,
+                count: channels.len() as u8,
                 ..Exposure::default()
             };
             exposure.header.stamp = Time {
@@ -181,7 +187,7 @@ impl Camera {
                 nanosec: u32::from(index),
             };
             exposure.header.frame_id = "c1_optical_frame".into();
-            let level: u16 = if index == 0 { 1000 } else { 20_000 };
+            let level: u16 = if channel == 0 { 1000 } else { 20_000 };
             let mut image = Image {
                 header: exposure.header.clone(),
                 width: SIZE as u32,
@@ -231,6 +237,114 @@ async fn a_spoilt_capture_is_named_and_the_next_one_solved() {
     let map = within("the map of capture 4", maps.next()).await.unwrap().message;
     assert_eq!(map.header.stamp.sec, 4, "nothing of the spoilt captures is published");
     assert!(normals(&map).iter().all(|n| n[2] > 0.5), "evenly lit, so facing up");
+    solver.shutdown().await;
+}
+
+async fn ask(client: &ServiceClient<Solve>, capture_id: &str, cameras: &[&str]) -> SolveResponse {
+    let request = SolveRequest {
+        capture_id: capture_id.into(),
+        cameras: cameras.iter().map(|camera| (*camera).to_owned()).collect(),
+    };
+    let response = client.call(request, 2 * TIMEOUT).await.unwrap();
+    assert_eq!(response.timing.stage, CellState::SOLVE);
+    assert_eq!(response.timing.succeeded, response.success);
+    assert_eq!(response.cameras.len(), response.valid_fractions.len());
+    SolveResponse::clone(&response)
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn solve_answers_for_both_cameras_of_a_recorded_capture() {
+    let domain = Domain::claim();
+    let operator = domain.node("operator").await;
+    let lights = Path::new(env!("CARGO_MANIFEST_DIR")).join("../launch_configs/calibration/lights.yaml");
+    let options = domain
+        .options("normal_solver")
+        .parameter("lights.file", lights.display().to_string())
+        .parameter("solve_timeout", TIMEOUT.as_secs_f64());
+    let (solver, _solving) = solver(options).await;
+    let client = operator.service_client::<Solve>("/cell/solve").unwrap();
+    client.wait_for_server(TIMEOUT).await.unwrap();
+    let early = ask(&client, "", &[]).await;
+    assert!(
+        !early.success && early.message.contains("no capture has come"),
+        "{early:?}"
+    );
+
+    let player = domain
+        .options("bag_player")
+        .parameter("bag", bag().display().to_string())
+        .parameter("wait_for_subscriptions", TIMEOUT.as_secs_f64());
+    let player = Node::start(player).await.unwrap();
+    within("the bag", bag_player::run(player.clone())).await.unwrap();
+    let both = ask(&client, "", &[]).await;
+    assert!(both.success && both.message.is_empty(), "{both:?}");
+    let mut cameras = both.cameras.clone();
+    cameras.sort();
+    assert_eq!(cameras, ["c1", "c2"]);
+    assert!(
+        both.valid_fractions.iter().all(|share| (0.1..0.7).contains(share)),
+        "{both:?}"
+    );
+    assert!(
+        both.timing.duration.to_nanos() > 1_000_000,
+        "{:?}",
+        both.timing.duration
+    );
+    let one = ask(&client, &both.capture_id, &["c2"]).await;
+    assert!(one.success && one.capture_id == both.capture_id, "{one:?}");
+    assert_eq!(one.cameras, ["c2"]);
+    for (capture, cameras, expected) in [
+        ("nothing", &[][..], "capture \"nothing\" is not known"),
+        ("nothing", &[], both.capture_id.as_str()),
+        ("", &["c9"], "camera \"c9\" is not one of those solved here: c1, c2"),
+    ] {
+        let refused = ask(&client, capture, cameras).await;
+        assert!(!refused.success && refused.message.contains(expected), "{refused:?}");
+    }
+    player.shutdown().await;
+    solver.shutdown().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn solve_says_why_a_capture_has_no_normals() {
+    let domain = Domain::claim();
+    let operator = domain.node("operator").await;
+    let options = domain.options("normal_solver").parameter("capture_timeout", 0.3);
+    let (solver, _solving) = solver(options).await;
+    let client = operator.service_client::<Solve>("/cell/solve").unwrap();
+    client.wait_for_server(TIMEOUT).await.unwrap();
+    let camera = Camera::new(&operator).await;
+    camera.send(1, |index, image| {
+        if index == 6 {
+            image.header.stamp.sec = 999;
+        }
+    });
+    let void = ask(&client, "capture 1", &[]).await;
+    let expected = "capture \"capture 1\" is not solved: c1: void: nothing more came when 7 of 8 images had arrived";
+    assert_eq!((void.success, void.message.as_str()), (false, expected));
+    camera.send(2, |index, image| {
+        if index == 3 {
+            image.encoding = "rgb8".into();
+        }
+    });
+    let spoilt = ask(&client, "capture 2", &[]).await;
+    assert!(!spoilt.success && spoilt.message.contains("image 3"), "{spoilt:?}");
+    camera.send_sequence(3, &[0, 1, 2, 4, 5, 6, 7], |_, _| {});
+    let unlit = ask(&client, "capture 3", &["c1"]).await;
+    assert!(unlit.message.contains("light channels [3] are missing"), "{unlit:?}");
+    camera.send(4, |_, _| {});
+    let alone = ask(&client, "capture 4", &["c1", "c2"]).await;
+    assert!(
+        !alone.success && alone.message.ends_with("c2 took no part in it"),
+        "{alone:?}"
+    );
+    assert_eq!(alone.cameras, ["c1"]);
+    let any = ask(&client, "", &[]).await;
+    assert!(
+        any.success && any.message.is_empty() && any.capture_id == "capture 4",
+        "{any:?}"
+    );
+    assert_eq!(any.valid_fractions, [1.0], "evenly lit");
     solver.shutdown().await;
 }
 

@@ -66,20 +66,21 @@ pub(crate) struct Assembler {
 }
 
 impl Assembler {
-    /// Takes an exposure. One that repeats an index begins its capture anew.
-    pub(crate) fn add_exposure(&mut self, exposure: Arc<Exposure>) {
+    /// Takes an exposure; whether it begins a capture. One that repeats an index begins its capture anew.
+    pub(crate) fn add_exposure(&mut self, exposure: Arc<Exposure>) -> bool {
         let same = |p: &Pending| p.id == exposure.capture_id && p.count == exposure.count;
         let known = self.pending.iter().position(same);
-        let at = match known {
-            Some(at) if !self.pending[at].exposures.contains_key(&exposure.index) => at,
+        let (at, begins) = match known {
+            Some(at) if !self.pending[at].exposures.contains_key(&exposure.index) => (at, false),
             repeated => {
                 if let Some(at) = repeated {
                     self.give_up(at, "it began anew");
                 }
-                self.begin(&exposure)
+                (self.begin(&exposure), true)
             }
         };
         self.pending[at].exposures.insert(exposure.index, exposure);
+        begins
     }
 
     /// Takes an image. Gives back the number of images that were given up because no exposure names them.
@@ -188,15 +189,21 @@ mod tests {
         Arc::new(image)
     }
 
+    fn add_exposures(assembler: &mut Assembler, capture: &str, sec: i32) {
+        for index in 0..COUNT {
+            let begins = assembler.add_exposure(exposure(capture, index, sec));
+            assert_eq!(begins, index == 0);
+        }
+    }
+
     #[test]
     fn a_capture_is_whole_in_whatever_order_it_arrives() {
         let mut assembler = Assembler::default();
         for index in [2, 0, 3] {
             assert_eq!(assembler.add_image(image(index, 1)), 0);
         }
-        for index in [3, 1, 0, 2] {
-            assembler.add_exposure(exposure("a", index, 1));
-        }
+        let begins = [3, 1, 0, 2].map(|index| assembler.add_exposure(exposure("a", index, 1)));
+        assert_eq!(begins, [true, false, false, false]);
         assert!(assembler.take_whole().is_none());
         assembler.add_image(image(1, 1));
         let capture = assembler.take_whole().unwrap();
@@ -209,7 +216,7 @@ mod tests {
     fn exposures_may_overtake_the_images_of_the_capture_before() {
         let mut assembler = Assembler::default();
         for (capture, sec) in [("a", 1), ("b", 2)] {
-            (0..COUNT).for_each(|index| assembler.add_exposure(exposure(capture, index, sec)));
+            add_exposures(&mut assembler, capture, sec);
         }
         for (capture, sec) in [("a", 1), ("b", 2)] {
             for index in 0..COUNT {
@@ -224,7 +231,7 @@ mod tests {
     fn a_whole_capture_voids_incomplete_ones_before_it() {
         let mut assembler = Assembler::default();
         for (capture, sec, images) in [("a", 1, COUNT - 1), ("b", 2, COUNT)] {
-            (0..COUNT).for_each(|index| assembler.add_exposure(exposure(capture, index, sec)));
+            add_exposures(&mut assembler, capture, sec);
             for index in 0..images {
                 assembler.add_image(image(index, sec));
             }
@@ -241,9 +248,10 @@ mod tests {
     #[test]
     fn a_repeated_index_begins_the_capture_anew() {
         let mut assembler = Assembler::default();
-        assembler.add_exposure(exposure("a", 0, 1));
+        assert!(assembler.add_exposure(exposure("a", 0, 1)));
         for index in 0..COUNT {
-            assembler.add_exposure(exposure("a", index, 2));
+            let begins = assembler.add_exposure(exposure("a", index, 2));
+            assert_eq!(begins, index == 0);
             assembler.add_image(image(index, 2));
         }
         assert_eq!(assembler.take_whole().unwrap().frames[0].exposure.header.stamp.sec, 2);
@@ -258,7 +266,7 @@ mod tests {
             (assembler.images.len(), given_up),
             (MAX_WAITING_IMAGES, 100 - MAX_WAITING_IMAGES)
         );
-        (0..100).for_each(|n| assembler.add_exposure(exposure(&n.to_string(), 0, n)));
+        assert!((0..100).all(|n| assembler.add_exposure(exposure(&n.to_string(), 0, n))));
         assert_eq!(
             (assembler.pending.len(), assembler.take_voids().len()),
             (MAX_PENDING, 100 - MAX_PENDING)

@@ -8,13 +8,13 @@ use interfaces::builtin_interfaces::msg::Time;
 use interfaces::rakelight_msgs::msg::Exposure;
 use interfaces::sensor_msgs::msg::{CameraInfo, Image};
 use interfaces::std_msgs::msg::Header;
-use photometric::{LeastSquaresOptions, NormalMapResult, PixelCounts, PixelRays, least_squares_normals};
-use ros::{Node, Qos, Subscription, tf};
+use photometric::{NormalMapResult, PixelRays};
+use ros::{Clock, Node, Qos, Subscription, tf};
 
 use crate::assembler::{Assembler, Capture};
-use crate::convert;
+use crate::captures::{Captures, Done};
 use crate::error::Error;
-use crate::lights::lights_in_base;
+use crate::far_field;
 use crate::near_field::{NearField, Solved, Viewpoint};
 use crate::parameters::Parameters;
 use crate::results::Results;
@@ -36,6 +36,8 @@ pub(crate) struct CameraSolver {
     exposures: Subscription<Exposure>,
     results: Results,
     assembler: Assembler,
+    captures: Captures,
+    clock: Clock,
 }
 
 impl CameraSolver {
@@ -45,6 +47,7 @@ impl CameraSolver {
         parameters: Arc<Parameters>,
         panels: Option<Arc<NearField>>,
         transforms: Arc<tf::Listener>,
+        captures: Captures,
     ) -> Result<Self, Error> {
         Ok(Self {
             camera: camera.to_owned(),
@@ -58,6 +61,8 @@ impl CameraSolver {
             exposures: node.subscription(&format!("{camera}/exposure"), Qos::STREAM)?,
             results: Results::new(node, camera)?,
             assembler: Assembler::default(),
+            captures,
+            clock: node.clock().clone(),
         })
     }
 
@@ -71,7 +76,7 @@ impl CameraSolver {
                     None => return,
                 },
                 exposure = self.exposures.next() => match exposure {
-                    Some(exposure) => self.assembler.add_exposure(exposure.message),
+                    Some(exposure) => self.take_exposure(exposure.message),
                     None => return,
                 },
                 info = self.infos.next() => match info {
@@ -81,14 +86,48 @@ impl CameraSolver {
                 () = tokio::time::sleep(patience) => self.assembler.give_up_all("nothing more came"),
             }
             let whole = self.assembler.take_whole();
-            for void in self.assembler.take_voids() {
-                tracing::warn!(camera = self.camera, "{void}");
-            }
+            self.tell_voids();
             if let Some(capture) = whole {
-                let id = capture.id.clone();
-                if let Err(error) = self.solve(capture).await {
-                    tracing::error!(camera = self.camera, capture_id = id, %error, "not solved");
-                }
+                self.settle(capture).await;
+            }
+        }
+    }
+
+    fn take_exposure(&mut self, exposure: Arc<Exposure>) {
+        let id = exposure.capture_id.clone();
+        let begins = self.assembler.add_exposure(exposure);
+        // What it had begun before under the same id is void, and void before it begins.
+        self.tell_voids();
+        if begins {
+            self.captures.begin(&id, &self.camera);
+        }
+    }
+
+    fn tell_voids(&mut self) {
+        for void in self.assembler.take_voids() {
+            tracing::warn!(camera = self.camera, "{void}");
+            let reason = format!("void: {}", void.reason);
+            self.captures.failed(&void.capture_id, &self.camera, reason);
+        }
+    }
+
+    /// Solves a capture, publishes what came of it, and tells those who wait.
+    async fn settle(&mut self, capture: Capture) {
+        let id = capture.id.clone();
+        self.captures.solving(&id, &self.camera);
+        let (started, started_at) = (Instant::now(), self.clock.now());
+        match self.solve(capture).await {
+            Ok(valid_fraction) => {
+                let done = Done {
+                    valid_fraction,
+                    started_at,
+                    took: started.elapsed(),
+                };
+                self.captures.solved(&id, &self.camera, done);
+            }
+            Err(error) => {
+                tracing::error!(camera = self.camera, capture_id = id, %error, "not solved");
+                self.captures.failed(&id, &self.camera, error.to_string());
             }
         }
     }
@@ -104,28 +143,34 @@ impl CameraSolver {
         }
     }
 
-    async fn solve(&mut self, capture: Capture) -> Result<(), Error> {
+    /// Gives the share of pixels that have a normal.
+    async fn solve(&mut self, capture: Capture) -> Result<f32, Error> {
         let Some(header) = capture.frames.first().map(|frame| frame.image.header.clone()) else {
-            return Ok(());
+            return Ok(0.0);
         };
         if let Some(panels) = self.panels.clone() {
             let solved = self.solve_near(capture, &header, panels).await?;
-            return self.results.publish(header, solved);
+            let valid_fraction = share(solved.quality.normals, &solved.solution.normals.normals);
+            self.results.publish(header, solved)?;
+            return Ok(valid_fraction);
         }
-        let normals = self.solve_far(capture, header.stamp).await?;
-        self.results.publish_normals(header, normals)
+        let NormalMapResult { normals, counts, .. } = self.solve_far(capture, header.stamp).await?;
+        let valid_fraction = share(counts.solved, &normals);
+        self.results.publish_normals(header, normals)?;
+        Ok(valid_fraction)
     }
 
     /// With lights far away.
-    async fn solve_far(&self, capture: Capture, stamp: Time) -> Result<imaging::Image<[f32; 3]>, Error> {
+    async fn solve_far(&self, capture: Capture, stamp: Time) -> Result<NormalMapResult, Error> {
         let started = Instant::now();
         let (id, frames) = (capture.id.clone(), capture.frames.len());
         let base_from_lights = self.base_from_lights(stamp).await?;
         let parameters = Arc::clone(&self.parameters);
-        let solved = tokio::task::spawn_blocking(move || solve(&capture, &parameters, &base_from_lights)).await;
+        let solved =
+            tokio::task::spawn_blocking(move || far_field::solve(&capture, &parameters, &base_from_lights)).await;
         let result = solved.expect("the solver does not panic")?;
-        report(&self.camera, &id, frames, result.counts, started.elapsed());
-        Ok(result.normals)
+        far_field::report(&self.camera, &id, frames, result.counts, started.elapsed());
+        Ok(result)
     }
 
     /// With calibrated panels.
@@ -203,43 +248,7 @@ impl CameraSolver {
     }
 }
 
-fn solve(
-    capture: &Capture,
-    parameters: &Parameters,
-    base_from_lights: &RigidTransform,
-) -> Result<NormalMapResult, Error> {
-    let lights = lights_in_base(
-        &parameters.light_directions.get(),
-        &parameters.light_intensities.get(),
-        base_from_lights,
-    )?;
-    // The parameter's range is that of a u16.
-    let stack = convert::exposure_stack(capture, &lights, parameters.saturation.get() as u16)?;
-    let minimum_signal = parameters.minimum_signal.get() as f32;
-    let options = LeastSquaresOptions {
-        minimum_signal,
-        ..LeastSquaresOptions::default()
-    };
-    Ok(least_squares_normals(&stack, &lights, &options)?)
-}
-
-fn report(camera: &str, capture_id: &str, images: usize, counts: PixelCounts, took: Duration) {
-    let PixelCounts {
-        solved,
-        too_dark,
-        too_few_lights,
-        saturated,
-    } = counts;
-    let took_ms = took.as_millis();
-    tracing::info!(
-        camera,
-        capture_id,
-        images,
-        solved,
-        too_dark,
-        too_few_lights,
-        saturated,
-        took_ms,
-        "solved"
-    );
+/// Of an image's pixels, 0 to 1.
+fn share(pixels: usize, of: &imaging::Image<[f32; 3]>) -> f32 {
+    (pixels as f64 / of.pixels().len().max(1) as f64) as f32
 }

@@ -76,3 +76,14 @@ pub enum Error {
     #[error(transparent)]
     Geometry(#[from] geometry::GeometryError),
 }
+
+/// Why a capture was not waited for.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Refusal {
+    #[error("camera {found:?} is not one of those solved here: {known}")]
+    Camera { found: String, known: String },
+    #[error("no capture has come since the start, waited {waited:.1} s")]
+    NoCapture { waited: f64 },
+    #[error("capture {id:?} is not known, waited {waited:.1} s; known: {known}")]
+    UnknownCapture { id: String, waited: f64, known: String },
+}

@@ -5,18 +5,21 @@
 //! measurement) with `<camera>/normals/preview` for people. With calibrated panels (`lights.file`) it also publishes
 //! `confidence`, `mask` (the objects' pixels), `depth`, `edges`, `edge_confidence` and `points`; without, lights are far
 //! away and there are normals alone. A capture that cannot be solved is named with the reason; nothing stale or partial
-//! is published.
+//! is published. Service `solve` answers when a capture is solved, or says why it is not.
 //!
 //! The maths is in `photometric`; this crate converts, calls and publishes.
 
 mod assembler;
 mod camera;
+mod captures;
 mod convert;
 mod error;
+mod far_field;
 mod lights;
 mod near_field;
 mod parameters;
 mod results;
+mod service;
 
 pub use error::Error;
 
@@ -27,8 +30,10 @@ use ros::tf;
 use tracing::Instrument;
 
 use camera::CameraSolver;
+use captures::Captures;
 use near_field::NearField;
 use parameters::Parameters;
+use service::Desk;
 
 /// Name of the node in launch configs.
 pub const NAME: &str = "normal_solver";
@@ -42,7 +47,8 @@ pub async fn run(node: Node) -> Result<(), Error> {
         tracing::warn!("no lights.file: lights are taken to be far away, and normals are off by 10 degrees and more");
     }
     let transforms = Arc::new(tf::Listener::new(&node)?);
-    let mut cameras = tokio::task::JoinSet::new();
+    let captures = Captures::default();
+    let mut solvers = tokio::task::JoinSet::new();
     for camera in parameters.cameras.get() {
         let solver = CameraSolver::new(
             &node,
@@ -50,10 +56,19 @@ pub async fn run(node: Node) -> Result<(), Error> {
             Arc::clone(&parameters),
             panels.clone(),
             Arc::clone(&transforms),
+            captures.clone(),
         )?;
-        cameras.spawn(solver.run().in_current_span());
+        solvers.spawn(solver.run().in_current_span());
     }
+    let desk = Desk {
+        captures,
+        cameras: parameters.cameras.get(),
+        solve_timeout: parameters.solve_timeout.clone(),
+        clock: node.clock().clone(),
+    };
+    let server = node.service_server("solve")?;
     tracing::info!(cameras = ?parameters.cameras.get(), "ready");
-    cameras.join_all().await;
+    desk.serve(server).await;
+    solvers.join_all().await;
     Ok(())
 }

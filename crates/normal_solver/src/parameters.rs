@@ -19,6 +19,7 @@ pub(crate) struct Parameters {
     pub(crate) cameras: ParameterHandle<Vec<String>>,
     pub(crate) base_frame_id: ParameterHandle<String>,
     pub(crate) capture_timeout: ParameterHandle<f64>,
+    pub(crate) solve_timeout: ParameterHandle<f64>,
     pub(crate) saturation: ParameterHandle<i64>,
     pub(crate) minimum_signal: ParameterHandle<f64>,
     pub(crate) lights_file: ParameterHandle<String>,
@@ -44,6 +45,12 @@ impl Parameters {
                     .unit("s")
                     .range(0.1..=600.0)
                     .describe("A capture that is not whole after this long is void"),
+            )?,
+            solve_timeout: parameters.declare(
+                Parameter::float("solve_timeout", 10.0)
+                    .unit("s")
+                    .range(0.0..=600.0)
+                    .describe("How long a call of solve waits for a capture that is under way"),
             )?,
             saturation: parameters.declare(
                 Parameter::integer("saturation", SATURATION)
