@@ -25,9 +25,13 @@ pub(super) struct Outcome {
 struct Pick {
     success: bool,
     reason: String,
-    /// Seconds of each stage, all attempts together.
-    #[serde(default)]
-    stages: std::collections::BTreeMap<String, f64>,
+    stages: Vec<Stage>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Stage {
+    stage: String,
+    seconds: f64,
 }
 
 pub(super) fn text(outcome: &Outcome) -> String {

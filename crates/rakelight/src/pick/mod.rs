@@ -1,6 +1,7 @@
 //! `rakelight pick`: pick cycles on a running cell.
 
 mod progress;
+mod record;
 mod report;
 
 use std::path::PathBuf;
@@ -17,6 +18,7 @@ use crate::ending::Signals;
 use crate::failure::Failure;
 use crate::place::{self, Place};
 use progress::Progress;
+use record::Recording;
 use report::{Report, Summary};
 
 /// Discovery takes up to 1.2 s; on a busy machine, longer.
@@ -39,6 +41,9 @@ pub(crate) struct Arguments {
     /// Plan everything and move nothing.
     #[arg(long)]
     dry_run: bool,
+    /// Record a bag of every cycle, `cycle_1` and so on, into this folder (of the recorder's machine).
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
     /// Tell of each pick, and of all of them at the end, as one JSON object a line.
     #[arg(long)]
     json: bool,
@@ -82,6 +87,20 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
 async fn picks(node: &Node, place: &Place, arguments: &Arguments, signals: Signals) -> anyhow::Result<()> {
     let client = node.action_client::<PickCycle>("pick_cycle")?;
     client.wait_for_server(DISCOVERY).await.map_err(|_| place.no_cell(node))?;
+    let Some(folder) = &arguments.record else {
+        return one_after_the_other(client, arguments, signals).await;
+    };
+    let recording = Recording::begin(node, folder).await?;
+    let outcome = one_after_the_other(client, arguments, signals).await;
+    let ended = recording.end().await;
+    outcome.and(ended)
+}
+
+async fn one_after_the_other(
+    client: ActionClient<PickCycle>,
+    arguments: &Arguments,
+    signals: Signals,
+) -> anyhow::Result<()> {
     let mut picker = Picker {
         client,
         signals,
