@@ -63,6 +63,12 @@ async fn run(goal: ActiveGoal<PickCycle>, desk: Arc<Desk>) {
             return end(goal, Kind::Failed, result);
         }
     };
+    let Answer { outcome, timings } = cycle(&goal, wish, &desk).await;
+    end(goal, outcome.kind, result(outcome, timings));
+}
+
+/// To its end, which a cancel brings about earlier.
+async fn cycle(goal: &ActiveGoal<PickCycle>, wish: Wish, desk: &Desk) -> Answer {
     let cancel = CancellationToken::new();
     let tell = |view: &View, timings: &[StageTiming]| {
         // Feedback that is lost is followed by the next.
@@ -70,14 +76,13 @@ async fn run(goal: ActiveGoal<PickCycle>, desk: Arc<Desk>) {
     };
     let serving = desk.serve(wish, cancel.clone(), tell);
     tokio::pin!(serving);
-    let Answer { outcome, timings } = tokio::select! {
+    tokio::select! {
         answer = &mut serving => answer,
         () = goal.cancel_requested() => {
             cancel.cancel();
             serving.await
         }
-    };
-    end(goal, outcome.kind, result(outcome, timings));
+    }
 }
 
 fn wish(goal: &PickCycleGoal) -> Result<Wish, String> {

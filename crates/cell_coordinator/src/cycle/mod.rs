@@ -29,7 +29,9 @@ use std::time::Duration;
 use geometry::nalgebra::Point3;
 use interfaces::rakelight_msgs::msg::Grasp;
 
-pub(crate) use dialogue::{ArmReport, Command, Cup, DryRun, Event, Fault, Move, Planned};
+#[cfg(test)]
+pub(crate) use dialogue::DryRun;
+pub(crate) use dialogue::{ArmReport, Command, Cup, Event, Fault, Move, Planned};
 pub(crate) use order::{Bin, Carried, Limits, Mode, Order, Policy};
 pub(crate) use outcome::{Kind, Outcome, View};
 pub(crate) use stage::{Stage, Timing};
