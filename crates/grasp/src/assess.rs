@@ -116,9 +116,8 @@ impl Bench<'_> {
         let (limits, cup, measured) = (&self.options.limits, self.cup, &candidate.measured);
         let Place { point, normal } = candidate.place;
         let height = point.z - self.options.table_height;
-        let lowest = height - cup.radius() * (1.0 - normal.z * normal.z).max(0.0).sqrt();
+        let lowest = height - cup.reach_down(normal.z);
         let cone = self.options.search.cone + BEYOND_CONE * self.options.search.step;
-        let footprint = std::f64::consts::PI * cup.radius() * cup.radius();
         let mismatch = candidate.surface.offset.map_or(0.0, |offset| offset.mismatch);
         let tests = [
             Failure::below(Test::Border, measured.border, cup.radius() + limits.border),
@@ -129,7 +128,7 @@ impl Bench<'_> {
             Failure::above(Test::Alignment, measured.misalignment, cone),
             Failure::below(Test::TableClearance, lowest, limits.clearance),
             Failure::above(Test::Height, height, self.options.highest),
-            Failure::above(Test::Stem, self.in_the_way(candidate), BLOCKED * footprint),
+            self.blocked(&candidate.surface.views, &candidate.place),
             Failure::above(Test::Mismatch, mismatch, self.options.matching.mismatch),
             Failure::above(Test::Uncertainty, measured.sigma, limits.uncertainty),
         ];
@@ -197,16 +196,18 @@ impl Bench<'_> {
         found.unwrap_or_else(|| Matrix3::from_diagonal_element(self.options.highest.powi(2)))
     }
 
-    fn in_the_way(&self, candidate: &Candidate<'_>) -> f64 {
-        let Place { point, normal } = candidate.place;
+    /// That something these views show is in the way of stem or gripper.
+    pub(crate) fn blocked(&self, views: &[usize], Place { point, normal }: &Place) -> Option<Failure> {
         let blocked = |&view: &usize| {
-            let pixel = self.views[view].project(&point)?;
+            let pixel = self.views[view].project(point)?;
             let depth = self.views[view].depth_near(&pixel, DEPTH_REACH)?;
-            let lift = (self.views[view].ray(&pixel)?.at(depth) - point).dot(&normal);
+            let lift = (self.views[view].ray(&pixel)?.at(depth) - point).dot(normal);
             let margin = self.options.limits.stem_margin;
-            Some(self.points[view].in_the_way(&point, &normal, lift, self.cup, margin))
+            Some(self.points[view].in_the_way(point, normal, lift, self.cup, margin))
         };
-        candidate.surface.views.iter().filter_map(blocked).fold(0.0, f64::max)
+        let area = views.iter().filter_map(blocked).fold(0.0, f64::max);
+        let footprint = std::f64::consts::PI * self.cup.radius() * self.cup.radius();
+        Failure::above(Test::Stem, area, BLOCKED * footprint)
     }
 
     /// Middle of the object's outline, taken to lie at half the contact's height; the mean of the views that show it.

@@ -1,4 +1,4 @@
-//! Whether anything of the object stands in the way of the cup and its stem.
+//! Whether anything stands in the way of the cup, its stem and the gripper.
 
 use geometry::nalgebra::{Point3, Vector3};
 
@@ -40,14 +40,15 @@ impl SurfacePoints {
         cup: &Cup,
         margin: f64,
     ) -> f64 {
-        let (lip, stem) = (cup.radius(), cup.stem_diameter / 2.0);
+        let (lip, stem, body) = (cup.radius(), cup.stem_diameter / 2.0, cup.body_diameter / 2.0);
         let blocks = |point: &Point3<f64>| {
             let from = point - contact;
             let along = from.dot(normal) - lift;
             let aside = (from - normal * from.dot(normal)).norm();
             let is_beside_cup = along < lip && aside < lip;
             let is_beside_stem = along < cup.stem_length && aside < stem;
-            along > margin && (is_beside_cup || is_beside_stem)
+            let is_beside_body = along > cup.body_distance && aside < body;
+            along > margin && (is_beside_cup || is_beside_stem || is_beside_body)
         };
         self.points
             .iter()

@@ -28,11 +28,16 @@ pub(crate) struct Parameters {
     pub(crate) home: Vec<f64>,
 }
 
+/// Diameter and distance from the lip of the gripper in `urdf/xarm7.urdf` (76 x 92 mm, all but the last 12 mm), metres.
+const BODY: [f64; 2] = [0.12, 0.012];
+
 struct CupParameters {
     diameter: ParameterHandle<f64>,
     compliance: ParameterHandle<f64>,
     stem_diameter: ParameterHandle<f64>,
     stem_length: ParameterHandle<f64>,
+    body_diameter: ParameterHandle<f64>,
+    body_distance: ParameterHandle<f64>,
 }
 
 /// Where objects are and from where they may be taken.
@@ -128,6 +133,8 @@ impl Parameters {
                 compliance: cup.compliance.get(),
                 stem_diameter: cup.stem_diameter.get(),
                 stem_length: cup.stem_length.get(),
+                body_diameter: cup.body_diameter.get(),
+                body_distance: cup.body_distance.get(),
             },
             options: self.options()?,
             way: Way {
@@ -202,6 +209,13 @@ impl CupParameters {
                 0.0..=0.5,
                 "From the lip to what need not come near the object",
             )?,
+            body_diameter: metres(
+                "cup.body_diameter",
+                BODY[0],
+                0.0..=0.5,
+                "Of a cylinder that holds the gripper; what is in its way is seen, 0 takes none",
+            )?,
+            body_distance: metres("cup.body_distance", BODY[1], 0.0..=0.5, "From the lip to where the gripper begins")?,
         })
     }
 }

@@ -21,6 +21,8 @@ use crate::plan::prepare;
 use crate::rank::ranked;
 use crate::refusal::{Failure, Refused, Test};
 use crate::result::{Grasp, Measured, Plan, Source};
+use crate::stem::SurfacePoints;
+use crate::surface::Place;
 use crate::triangulate::{covariance, covariance_at_depth, triangulate};
 use crate::view::{View, ViewInput};
 use outline::{Outline, outlines};
@@ -50,9 +52,10 @@ pub fn plan_thin(inputs: &[ViewInput<'_>], cup: &Cup, options: &PlanOptions) -> 
     let directions = options.unit_directions()?;
     let views = prepare(inputs, cup, options)?;
     let found: Vec<Vec<Outline>> = views.par_iter().map(|view| candidates(view, cup, options)).collect();
+    let points: Vec<SurfacePoints> = views.iter().map(SurfacePoints::new).collect();
     let bench = Bench {
         views: &views,
-        points: &[],
+        points: &points,
         directions: &directions,
         cup,
         options,
@@ -225,12 +228,17 @@ impl Thing<'_> {
         let (limits, cup) = (&bench.options.limits, bench.cup);
         let coverage = self.coverage();
         let height = self.middle.z - bench.options.table_height;
+        let place = Place {
+            point: self.middle,
+            normal: Vector3::z(),
+        };
         let failures: Vec<Failure> = [
             Failure::below(Test::Outline, coverage, limits.outline),
             Failure::below(Test::Border, measured.border, cup.radius() + limits.border),
             Failure::above(Test::EdgeShare, measured.edge_share, limits.edge_share),
             Failure::above(Test::EdgeMoment, measured.edge_moment, limits.edge_moment),
             Failure::above(Test::Height, height, bench.options.highest),
+            bench.blocked(&self.views, &place),
             Failure::above(Test::Uncertainty, measured.sigma, limits.uncertainty),
         ]
         .into_iter()
