@@ -208,6 +208,12 @@ impl Cell {
         Ok(true)
     }
 
+    /// Whether every camera's view is rendered as it will be when the arm is back where frames were taken, and its cup
+    /// empty: frames come at once then. False as long as it is not known where that is.
+    pub fn is_prepared(&self) -> bool {
+        (0..self.served.len()).all(|camera| self.gallery.is_prepared(camera))
+    }
+
     /// What a camera sees at the binning that it is set to, with the truth about it; none before it is rendered.
     pub fn sight(&self, name: &str) -> Option<Arc<Sight>> {
         Some(self.gallery.current(self.index(name)?)?.sight)

@@ -6,7 +6,7 @@ use std::path::Path;
 use geometry::nalgebra::Point3;
 use sim::SimError;
 use sim::scene::{Albedo, Panel, Room, View};
-use sim::world::{Mount, World};
+use sim::world::{Collisions, Mount, World};
 
 fn world(yaml: &str) -> World {
     World::from_yaml(yaml, Path::new("")).unwrap()
@@ -42,7 +42,7 @@ fn every_world_file_of_the_repository_shows_its_objects_to_both_cameras() {
         names.push(path.file_stem().unwrap().to_string_lossy().into_owned());
     }
     names.sort();
-    for needed in ["clutter", "disc", "table"] {
+    for needed in ["clutter", "disc", "pick", "table"] {
         assert!(
             names.iter().any(|name| name == needed),
             "{needed} is not among {names:?}"
@@ -309,4 +309,31 @@ fn impossible_arms_are_refused() {
         let found = refusal(yaml);
         assert!(found.contains(expected), "{yaml}: {found}");
     }
+}
+
+#[test]
+fn the_bin_is_that_of_the_cell_unless_the_file_says_otherwise() {
+    let urdf = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../urdf/cell.urdf");
+    let urdf = std::fs::read_to_string(urdf).unwrap();
+    let joint = urdf.split("link_base_to_bin").nth(1).expect("the cell has a bin");
+    assert!(joint.contains("xyz=\"0.180000 0.360000 0\""), "{joint}");
+    let bin = world("").bin;
+    assert_eq!(
+        [bin.x, bin.y, bin.yaw, bin.size, bin.height],
+        [0.18, 0.36, 0.0, 0.18, 0.06]
+    );
+    let moved = world("bin: {x: 0.1, yaw: 0.7853981633974483, size: 0.1}").bin;
+    assert_eq!((moved.x, moved.y), (0.1, 0.36));
+    assert!(moved.holds(&Point3::new(0.1 + 0.07, 0.36, 0.2)), "a corner");
+    assert!(!moved.holds(&Point3::new(0.1 + 0.04, 0.36 + 0.04, 0.2)));
+    assert_eq!(refusal("bin: {size: 0}"), "bin.size is 0; allowed is 0.01 to 10");
+    assert_eq!(refusal("bin: {height: 20}"), "bin.height is 20; allowed is 0.004 to 10");
+}
+
+#[test]
+fn an_arm_stops_at_collisions_unless_it_is_to_count_them() {
+    let collisions = |yaml: &str| world(yaml).arm.expect("an arm").collisions;
+    assert_eq!(collisions("arm: {}"), Collisions::Stop);
+    assert_eq!(collisions("arm: {collisions: count}"), Collisions::Count);
+    assert!(refusal("arm: {collisions: maybe}").contains("maybe"));
 }

@@ -109,7 +109,12 @@ impl Contacts {
             }
             return is_worse;
         }
-        let WorldContact { link, object, depth, micros } = &found;
+        let WorldContact {
+            link,
+            object,
+            depth,
+            micros,
+        } = &found;
         let (millimetres, seconds) = (depth * 1e3, *micros as f64 * 1e-6);
         tracing::warn!("the arm's {link} is {millimetres:.1} mm deep in {object}, {seconds:.2} s after its start");
         if kept.len() < MOST_KEPT {

@@ -269,6 +269,22 @@ mod tests {
     }
 
     #[test]
+    fn another_sight_of_the_same_world_has_noise_of_its_own() {
+        let (room, mono16) = (Darkroom::new(0), settings(PixelFormat::Mono16));
+        let image = |edition| room.image(&exhibit(edition), LightState::single(2), &mono16).unwrap();
+        let [there, away, back] = [image(1), image(2), image(1)];
+        assert!(there != away && there != back && away != back);
+        let anew = Exhibit {
+            series: 1,
+            ..exhibit(3)
+        };
+        assert!(
+            room.image(&anew, LightState::single(2), &mono16).unwrap() == there,
+            "another world"
+        );
+    }
+
+    #[test]
     fn every_pixel_format_has_its_bytes() {
         let (room, exhibit) = (Darkroom::new(1), exhibit(1));
         for format in PixelFormat::ALL {

@@ -93,7 +93,11 @@ impl Gallery {
     pub(super) fn world(&self) -> Arc<World> {
         let (world, layout, base_from_flange) = {
             let state = self.state.lock();
-            (Arc::clone(&state.world), Arc::clone(&state.layout), state.base_from_flange)
+            (
+                Arc::clone(&state.world),
+                Arc::clone(&state.layout),
+                state.base_from_flange,
+            )
         };
         Arc::new(World {
             scene: layout.scene(&world),
@@ -154,6 +158,14 @@ impl Gallery {
             let (view, layout) = state.expected_view(camera, binning)?;
             Some(state.exhibit_of(camera, state.cameras[camera].find(&view, layout)?))
         })
+    }
+
+    /// Whether what will be seen from where frames are taken is rendered.
+    pub(super) fn is_prepared(&self, camera: usize) -> bool {
+        let state = self.state.lock();
+        let wall = &state.cameras[camera];
+        let expected = state.expected_view(camera, wall.wanted);
+        expected.is_some_and(|(view, layout)| wall.find(&view, layout).is_some())
     }
 
     /// Whether there is something of the binning that is wanted; fails when there will not be.

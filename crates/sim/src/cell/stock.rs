@@ -2,8 +2,8 @@
 //!
 //! A held object moves with the cup as one piece, and what lies on it rides along. What is let go falls straight down on
 //! what is below its centre of mass: into the bin's inner square, else until it meets the table or another object. What
-//! lands on the table or the bin's floor alone turns onto the nearest face that it can stand on; what lands on another
-//! object keeps its orientation. Nothing slides, and the bin's walls stop nothing that falls.
+//! lands on the table or the bin's floor alone tips over onto a face that it can stand on; what lands on another object keeps
+//! its orientation. Nothing slides, and the bin's walls stop nothing that falls.
 
 use std::sync::Arc;
 
@@ -156,7 +156,9 @@ impl Stock {
             let state = self.state.lock();
             (state.number, state.items.clone(), state.grip.clone(), state.ground)
         };
-        let riders = grip.sealed_at.map(|sealed_at| (sealed_at, riders(&items, &grip, &sealed_at)));
+        let riders = grip
+            .sealed_at
+            .map(|sealed_at| (sealed_at, riders(&items, &grip, &sealed_at)));
         for &item in &grip.falling {
             ground.land(&mut items, item);
         }
@@ -342,3 +344,6 @@ fn riders(items: &[Item], grip: &Grip, base_from_cup: &RigidTransform) -> Vec<us
     }
     riders
 }
+
+#[cfg(test)]
+mod tests;

@@ -84,9 +84,7 @@ pub(crate) fn gap_below(upper: &Placed<'_>, lower: &Placed<'_>) -> f64 {
     if above.is_apart(&below) || below.low.z > above.high.z {
         return f64::INFINITY;
     }
-    upper
-        .way_to(lower, &below, -1.0)
-        .min(lower.way_to(upper, &above, 1.0))
+    upper.way_to(lower, &below, -1.0).min(lower.way_to(upper, &above, 1.0))
 }
 
 /// Metres that a body falls until it lies on the floor (a height, metres) or on something that stands on it.
@@ -130,7 +128,10 @@ mod tests {
         assert!((way([0.4, 0.0, 0.0]) - 0.087).abs() < 1e-6, "on top");
         assert!((way([0.43, 0.03, 0.0]) - 0.087).abs() < 1e-6, "with a corner on it");
         assert!((way([0.5, 0.0, 0.0]) - 0.1).abs() < 1e-6, "beside");
-        assert!((way([0.4, 0.0, 0.2]) - 0.1).abs() < 1e-6, "what is above does not matter");
+        assert!(
+            (way([0.4, 0.0, 0.2]) - 0.1).abs() < 1e-6,
+            "what is above does not matter"
+        );
     }
 
     #[test]

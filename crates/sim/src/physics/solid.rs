@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use geometry::nalgebra::{Point3, Vector3};
 use geometry::{Ray, RigidTransform, TriangleBvh, TriangleMesh};
 
+use super::rest::Stance;
 use crate::SimError;
 
 /// Of printed plastic, kg/m³.
@@ -26,8 +27,8 @@ pub(crate) struct Solid {
     mass: f64,
     /// Made when the first body falls near it.
     probes: OnceLock<Vec<Point3<f64>>>,
-    /// Outward normals of the faces that it can stand on; made when it comes to rest.
-    stable: OnceLock<Vec<Vector3<f64>>>,
+    /// Made when it comes to rest.
+    stance: OnceLock<Stance>,
 }
 
 impl Solid {
@@ -41,7 +42,7 @@ impl Solid {
             centre_of_mass,
             mass: DENSITY * volume,
             probes: OnceLock::new(),
-            stable: OnceLock::new(),
+            stance: OnceLock::new(),
         })
     }
 
@@ -74,10 +75,10 @@ impl Solid {
         self.probes.get_or_init(|| probes(&self.mesh))
     }
 
-    /// Outward normals of the faces of its convex hull that it stands on without tipping over.
-    pub(crate) fn stable_faces(&self) -> &[Vector3<f64>] {
-        let faces = || super::rest::stable_faces(&self.mesh.vertices, &self.centre_of_mass);
-        self.stable.get_or_init(faces)
+    /// How it stands and falls over.
+    pub(super) fn stance(&self) -> &Stance {
+        let stance = || Stance::new(&self.mesh.vertices, &self.centre_of_mass);
+        self.stance.get_or_init(stance)
     }
 }
 
@@ -150,9 +151,15 @@ mod tests {
         }));
         assert!((block.mass() - 1200.0 * 0.1 * 0.06 * 0.04).abs() < 1e-12);
         assert!((block.centre_of_mass() - Point3::new(0.0, 0.0, 0.02)).norm() < 1e-12);
-        let pyramid = solid(&Shape::Pyramid(Pyramid { side: 0.1, height: 0.06 }));
+        let pyramid = solid(&Shape::Pyramid(Pyramid {
+            side: 0.1,
+            height: 0.06,
+        }));
         assert!((pyramid.mass() - 1200.0 * 0.1 * 0.1 * 0.06 / 3.0).abs() < 1e-12);
-        assert!((pyramid.centre_of_mass().z - 0.015).abs() < 1e-12, "a quarter of its height");
+        assert!(
+            (pyramid.centre_of_mass().z - 0.015).abs() < 1e-12,
+            "a quarter of its height"
+        );
     }
 
     #[test]
@@ -161,7 +168,11 @@ mod tests {
             size: Some([0.01, 0.01, 0.01]),
         }));
         for probe in block.probes() {
-            let on_faces = [probe.x.abs() - 0.005, probe.y.abs() - 0.005, (probe.z - 0.005).abs() - 0.005];
+            let on_faces = [
+                probe.x.abs() - 0.005,
+                probe.y.abs() - 0.005,
+                (probe.z - 0.005).abs() - 0.005,
+            ];
             let on_face = on_faces.iter().filter(|off| off.abs() < 1e-12).count();
             let is_middle_of_a_side = probe.x == 0.0 && probe.y == 0.0;
             assert!(on_face >= 2 || is_middle_of_a_side, "{probe}");

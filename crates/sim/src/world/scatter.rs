@@ -106,7 +106,9 @@ impl Scatter {
             let draws = self.draws(&mut random)?;
             if let Some(places) = self.places(&draws, &taken, &mut random) {
                 let bodies = draws.into_iter().zip(places).enumerate();
-                return Ok(bodies.map(|(index, (draw, place))| body(index, draw, &place, &names)).collect());
+                return Ok(bodies
+                    .map(|(index, (draw, place))| body(index, draw, &place, &names))
+                    .collect());
             }
         }
         let found = format!("{} objects in {} m", self.count, self.region.size);

@@ -9,9 +9,9 @@ use xarm_protocol::{Mode, MoveJoint, MoveLine, Request, State, StateCommand, Vac
 
 use super::{PATIENCE, start, world};
 
-const ARM: &str = "arm: {control_port: 0, report_ports: [0, 0, 0], vacuum: 2}\n";
+pub(crate) const ARM: &str = "arm: {control_port: 0, report_ports: [0, 0, 0], vacuum: 2}\n";
 
-fn wait_for(arm: &ArmController, is_so: impl Fn(&ArmMoment) -> bool) -> ArmMoment {
+pub(crate) fn wait_for(arm: &ArmController, is_so: impl Fn(&ArmMoment) -> bool) -> ArmMoment {
     let end = Instant::now() + PATIENCE;
     loop {
         let moment = arm.moment();
@@ -23,17 +23,17 @@ fn wait_for(arm: &ArmController, is_so: impl Fn(&ArmMoment) -> bool) -> ArmMomen
     }
 }
 
-fn is_done(moment: &ArmMoment) -> bool {
+pub(crate) fn is_done(moment: &ArmMoment) -> bool {
     moment.state == State::Ready && moment.velocities.iter().all(|velocity| velocity.abs() < 1e-9)
 }
 
-fn enable(arm: &ArmController) {
+pub(crate) fn enable(arm: &ArmController) {
     arm.request(&Request::MotionEnable { axis: 8, on: true });
     arm.request(&Request::SetMode(Mode::Position));
     arm.request(&Request::SetState(StateCommand::Run));
 }
 
-fn go(arm: &ArmController, request: &Request) -> ArmMoment {
+pub(crate) fn go(arm: &ArmController, request: &Request) -> ArmMoment {
     arm.request(request);
     wait_for(arm, is_done)
 }
@@ -62,7 +62,7 @@ fn the_arm_moves_the_camera_that_it_carries() {
     assert!(error.starts_with("arm is None"), "{error}");
 }
 
-fn joint_move(angles: [f32; 7]) -> Request {
+pub(crate) fn joint_move(angles: [f32; 7]) -> Request {
     Request::MoveJoint(MoveJoint {
         angles,
         speed: 1.0,
@@ -73,16 +73,33 @@ fn joint_move(angles: [f32; 7]) -> Request {
     })
 }
 
-/// With the cup's mouth so far above a block's top.
-fn over_block(height: f32) -> Request {
+/// Pump on, or off with the vent open.
+pub(crate) fn vacuum(arm: &ArmController, on: bool) {
+    for value in VacuumHardware::Contacts.writes(on) {
+        let address = tool_address::SET_OUTPUTS;
+        arm.request(&Request::ToolWrite {
+            address,
+            value: f32::from(value),
+            in_queue: None,
+        });
+    }
+}
+
+/// On a straight line, with the cup's mouth (mm) there and looking down.
+pub(crate) fn line_to(x: f32, y: f32, z: f32) -> Request {
     let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI).euler_angles();
     Request::MoveLine(MoveLine {
-        pose: [400.0, 0.0, 40.0 + 126.0 + height, down.0 as f32, 0.0, 0.0],
+        pose: [x, y, z + 126.0, down.0 as f32, 0.0, 0.0],
         speed: 200.0,
         acceleration: 2000.0,
         time: 0.0,
         options: None,
     })
+}
+
+/// With the cup's mouth so far above a block's top.
+fn over_block(height: f32) -> Request {
+    line_to(400.0, 0.0, 40.0 + height)
 }
 
 #[test]
@@ -95,14 +112,7 @@ objects: [{name: block, shape: {kind: octagon2, width: 0.08, height: 0.04}, pose
     let Some(cell) = start(world) else { return };
     let arm = cell.arm().expect("an arm");
     enable(arm);
-    for value in VacuumHardware::Contacts.writes(true) {
-        let address = tool_address::SET_OUTPUTS;
-        arm.request(&Request::ToolWrite {
-            address,
-            value: f32::from(value),
-            in_queue: None,
-        });
-    }
+    vacuum(arm, true);
     let above = go(arm, &over_block(30.0));
     assert_eq!((above.error, above.held), (0, None));
     go(arm, &over_block(0.0));

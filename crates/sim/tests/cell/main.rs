@@ -3,6 +3,7 @@
 mod arm;
 mod camera;
 mod controller;
+mod objects;
 
 use std::path::Path;
 use std::time::Duration;

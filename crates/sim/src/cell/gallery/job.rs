@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::layout::Layout;
 use super::Sight;
+use super::layout::Layout;
 use super::state::State;
 use crate::SimError;
 use crate::render::{RenderOptions, render};

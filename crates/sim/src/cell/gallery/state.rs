@@ -67,7 +67,11 @@ impl State {
         for (wall, camera) in self.cameras.iter_mut().zip(&self.world.cameras) {
             // One that moves is still later.
             let is_fixed = matches!(camera.mount, Mount::Table { .. });
-            wall.still_at = if is_fixed { still_at } else { wall.still_at.max(still_at) };
+            wall.still_at = if is_fixed {
+                still_at
+            } else {
+                wall.still_at.max(still_at)
+            };
             wall.failure = None;
         }
         true
@@ -92,7 +96,9 @@ impl State {
     }
 
     fn base_from_camera(&self, camera: usize) -> RigidTransform {
-        self.world.cameras[camera].mount.base_from_camera(&self.base_from_flange)
+        self.world.cameras[camera]
+            .mount
+            .base_from_camera(&self.base_from_flange)
     }
 
     /// Of the cameras as they stand now.
@@ -156,7 +162,9 @@ impl State {
             sight: Arc::new(sight),
         };
         let wanted = self.cameras[job.camera].wanted;
-        let now = self.view(job.camera, wanted).map(|view| (view, Arc::clone(&self.layout)));
+        let now = self
+            .view(job.camera, wanted)
+            .map(|view| (view, Arc::clone(&self.layout)));
         let later = self.expected_view(job.camera, wanted);
         let later = later.map(|(view, layout)| (view, Arc::clone(layout)));
         let needed: Vec<_> = now.into_iter().chain(later).collect();

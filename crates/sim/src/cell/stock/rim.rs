@@ -51,7 +51,10 @@ impl Rim {
 
     /// Metres that a body reaches into the cup at one place of the rim or more; none where it does not.
     pub(super) fn depth_in(&self, body: &Placed<'_>) -> Option<f64> {
-        let ways = self.rays.iter().filter_map(|ray| body.solid.hit(&body.base_from_solid, ray, LIP));
+        let ways = self
+            .rays
+            .iter()
+            .filter_map(|ray| body.solid.hit(&body.base_from_solid, ray, LIP));
         ways.map(|way| LIP - way).reduce(f64::max)
     }
 

@@ -59,7 +59,9 @@ pub(super) fn draw(kind: &str, random: &mut fastrand::Rng) -> Result<Draw, SimEr
 /// Around a mesh, seen from above: its middle is that of the mesh's sides along x and y.
 pub(super) fn circle(mesh: &TriangleMesh) -> (Point2<f64>, f64) {
     let corners = || mesh.vertices.iter().map(|vertex| vertex.xy());
-    let low = corners().fold(Point2::new(f64::INFINITY, f64::INFINITY), |low, corner| low.inf(&corner));
+    let low = corners().fold(Point2::new(f64::INFINITY, f64::INFINITY), |low, corner| {
+        low.inf(&corner)
+    });
     let high = corners().fold(Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY), |high, corner| {
         high.sup(&corner)
     });
