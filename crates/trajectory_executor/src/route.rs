@@ -4,11 +4,11 @@
 //! last, so that it goes across above the obstacles: the lowest of lip and carried object at one of [`CLEAR`]; then the
 //! same by way of home. All of that is tried for each of a few solutions of the arm for the pose, the nearest first, which
 //! differ in where the elbow is. The first free way is taken; they are the same every time, and no more than
-//! [`MOST_WAYS`].
+//! 52.
 
 use devices::JointValues;
 use geometry::RigidTransform;
-use kinematics::IkOptions;
+use kinematics::{IkOptions, Preference};
 use nalgebra::SVector;
 use trajectory::{Planner, Trajectory};
 
@@ -27,10 +27,6 @@ const ELBOWS: [f64; 4] = [0.5, -0.5, 1.0, -1.0];
 const SAME: f64 = 1e-2;
 /// Solutions that are tried.
 const MOST_GOALS: usize = 4;
-/// Direct ways, and with each height and blend above what is in the way, straight across and by way of home.
-#[cfg(test)]
-pub(crate) const MOST_WAYS: usize = MOST_GOALS * (1 + 2 * CLEAR.len() * BLENDS.len());
-
 /// Looks for ways of an arm that handles something.
 pub(crate) struct Router<'a> {
     pub(crate) model: &'a Model,
@@ -44,7 +40,7 @@ impl Router<'_> {
     /// # Errors
     /// A pose out of reach; what the direct motion touches, if all ways touch something.
     pub(crate) fn to_pose(&self, at: &JointValues, pose: &RigidTransform) -> Result<Trajectory<7>, MotionError> {
-        let nearest = self.solve(pose, at, &IkOptions::default())?;
+        let nearest = self.solve(pose, at, &anywhere())?;
         let direct = self.free(&[*at, nearest], 0.0);
         if !is_collision(&direct) {
             return direct;
@@ -62,6 +58,12 @@ impl Router<'_> {
             return direct;
         }
         self.around(at, &[*goal], direct)
+    }
+
+    /// To joint angles (radians), straight up first: for a cup that may stand in something. None if no such way is free.
+    pub(crate) fn lifted(&self, at: &JointValues, goal: &JointValues) -> Option<Trajectory<7>> {
+        let mut ways = self.across(at, goal, None).into_iter();
+        ways.find_map(|waypoints| self.free(&waypoints, 0.0).ok())
     }
 
     /// The first goal's direct way was looked at: it is answered with if there is no other.
@@ -160,11 +162,23 @@ fn is_collision(found: &Result<Trajectory<7>, MotionError>) -> bool {
     matches!(found, Err(MotionError::Collision { .. }))
 }
 
+/// Farther from singularities than by default: straight lines begin where motions of the joints end.
+fn anywhere() -> IkOptions {
+    let preference = Preference {
+        singularities: 0.1,
+        ..Preference::default()
+    };
+    IkOptions {
+        preference,
+        ..IkOptions::default()
+    }
+}
+
 /// Only from the seed: other branches are far away.
 fn near() -> IkOptions {
     IkOptions {
         attempts: 1,
-        ..IkOptions::default()
+        ..anywhere()
     }
 }
 

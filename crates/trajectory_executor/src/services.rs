@@ -3,7 +3,7 @@
 use std::future::Future;
 use std::sync::Arc;
 
-use devices::Suction;
+use devices::{JointValues, Suction};
 use interfaces::std_srvs::srv::{SetBool, SetBoolResponse, Trigger, TriggerResponse};
 use ros::{Node, ServiceServer};
 use tokio::task::JoinSet;
@@ -12,6 +12,7 @@ use tracing::Instrument;
 use crate::error::{Error, MotionError};
 use crate::executor::{Executor, Motion};
 use crate::handling::Handling;
+use crate::model::Model;
 use crate::parameters::Parameters;
 use crate::route::Router;
 
@@ -127,30 +128,40 @@ impl Desk {
         let home = self.home_angles()?;
         let (at, speed) = (self.executor.held_at()?, self.parameters.tool_speed.get());
         let executor = Arc::clone(&self.executor);
-        let planning = tokio::task::spawn_blocking(move || {
-            let model = executor.model();
-            let router = Router {
-                planner: &model.planner(speed)?,
-                model: &model,
-                handling: Handling::default(),
-            };
-            router.to_angles(&at, &home)
-        });
-        let motion = Motion {
-            trajectory: planning.await.map_err(|error| unplanned(&error))??,
-            handling: Handling::default(),
-            speed,
-        };
+        let planning = tokio::task::spawn_blocking(move || way_home(&executor.model(), speed, &at, &home));
+        let motion = planning.await.map_err(|error| unplanned(&error))??;
         let tolerance = self.parameters.start_tolerance.get();
         self.executor.begin(motion, tolerance)?.ended().await?;
         Ok("the arm is at home".into())
     }
 
-    pub(crate) fn home_angles(&self) -> Result<devices::JointValues, MotionError> {
+    pub(crate) fn home_angles(&self) -> Result<JointValues, MotionError> {
         self.parameters
             .home()
             .map_err(|error| MotionError::Request(error.to_string()))
     }
+}
+
+/// A cup that was stopped in a touch leaves it straight up.
+fn way_home(model: &Model, speed: f64, at: &JointValues, home: &JointValues) -> Result<Motion, MotionError> {
+    let planner = model.planner(speed)?;
+    let mut router = Router {
+        model,
+        planner: &planner,
+        handling: Handling::default(),
+    };
+    let trajectory = match router.to_angles(at, home) {
+        Err(error @ MotionError::Collision { .. }) => {
+            router.handling.contact = true;
+            router.lifted(at, home).ok_or(error)?
+        }
+        found => found?,
+    };
+    Ok(Motion {
+        trajectory,
+        speed,
+        handling: router.handling,
+    })
 }
 
 /// A plan whose thread failed.
