@@ -99,8 +99,22 @@ impl Arm {
         }
     }
 
-    /// Whether the arm stands at `home` (radians); an error when that was not heard within `patience`.
+    /// Whether the arm stands at `home` (radians), by what is heard from now on; an error when that is nothing within
+    /// `patience`.
     pub(crate) async fn is_at(&self, home: &[f64], patience: Duration) -> Result<bool, String> {
+        let mut joints = self.joints.clone();
+        joints.mark_unchanged();
+        match timeout(patience, joints.changed()).await {
+            Ok(Ok(())) => Ok(joints
+                .borrow()
+                .as_ref()
+                .is_some_and(|heard| is_at(&heard.message.position, home))),
+            _ => Err("where the arm stands is not known (joint_states)".into()),
+        }
+    }
+}
+
+fn is_at(&self, home: &[f64], patience: Duration) -> Result<bool, String> {
         let mut joints = self.joints.clone();
         let fresh = joints.wait_for(|heard| heard.as_ref().is_some_and(|heard| heard.at.elapsed() <= patience));
         match timeout(patience, fresh).await {
