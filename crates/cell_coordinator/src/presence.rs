@@ -92,7 +92,10 @@ impl Presence {
         if is_there {
             format!("{name} was started anew and does not know of this any more")
         } else {
-            format!("{name} is gone: it has not answered for {:.1} s", self.timeout.as_secs_f64())
+            format!(
+                "{name} is gone: it has not answered for {:.1} s",
+                self.timeout.as_secs_f64()
+            )
         }
     }
 }
@@ -127,7 +130,12 @@ impl Asker {
 
     async fn answers(&self) -> bool {
         let patience = self.period * (QUESTIONS - 1);
-        self.client.server_is_ready() && self.client.call(GetParametersRequest::default(), patience).await.is_ok()
+        self.client.server_is_ready()
+            && self
+                .client
+                .call(GetParametersRequest::default(), patience)
+                .await
+                .is_ok()
     }
 
     fn namesakes(&self) -> usize {
