@@ -123,7 +123,7 @@ impl Asker {
             let answers = self.answers().await;
             // One that was killed is still in the graph when it is started anew.
             let now = self.namesakes();
-            self.tell(answers, now > namesakes && answers);
+            self.tell(answers, answers && namesakes > 0 && now > namesakes);
             namesakes = now;
         }
     }
