@@ -15,6 +15,7 @@
 
 pub mod patterns;
 pub mod resources;
+pub mod stand_ins;
 
 mod domain;
 mod logs;

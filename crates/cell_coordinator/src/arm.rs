@@ -99,19 +99,27 @@ impl Arm {
         }
     }
 
-    /// Whether the arm stands at `home` (radians); an error when that was not heard within `patience`.
+    /// Whether the arm stands at `home` (radians), by what is heard from now on; an error when that is nothing within
+    /// `patience`.
     pub(crate) async fn is_at(&self, home: &[f64], patience: Duration) -> Result<bool, String> {
         let mut joints = self.joints.clone();
-        let fresh = joints.wait_for(|heard| heard.as_ref().is_some_and(|heard| heard.at.elapsed() <= patience));
-        match timeout(patience, fresh).await {
-            Ok(Ok(heard)) => Ok(heard.as_ref().is_some_and(|heard| is_at(&heard.message.position, home))),
+        joints.mark_unchanged();
+        match timeout(patience, joints.changed()).await {
+            Ok(Ok(())) => Ok(joints
+                .borrow()
+                .as_ref()
+                .is_some_and(|heard| is_at(&heard.message.position, home))),
             _ => Err("where the arm stands is not known (joint_states)".into()),
         }
     }
 }
 
 fn is_at(position: &[f64], home: &[f64]) -> bool {
-    position.len() == home.len() && position.iter().zip(home).all(|(at, home)| (at - home).abs() <= HOME_WITHIN)
+    position.len() == home.len()
+        && position
+            .iter()
+            .zip(home)
+            .all(|(at, home)| (at - home).abs() <= HOME_WITHIN)
 }
 
 fn newest<M: interfaces::Message>(

@@ -61,7 +61,10 @@ impl Desk {
         if let Err(reason) = self.board.begin(wish.asker) {
             return refused(reason);
         }
-        let busy = Busy { desk: self, ended: false };
+        let busy = Busy {
+            desk: self,
+            ended: false,
+        };
         match self.cycle(&wish).await {
             Ok(cycle) => busy.run(cycle, wish, cancel, tell).await,
             Err(reason) => {

@@ -140,7 +140,9 @@ impl Hands {
     }
 
     async fn vacuum(&self, on: bool, interrupt: &CancellationToken) -> Result<Event, Fault> {
-        let answer = self.ask(ARM, &self.vacuum, SetBoolRequest { data: on }, interrupt).await?;
+        let answer = self
+            .ask(ARM, &self.vacuum, SetBoolRequest { data: on }, interrupt)
+            .await?;
         require(answer.success, &answer.message)?;
         Ok(Event::Done)
     }

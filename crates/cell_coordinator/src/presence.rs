@@ -92,7 +92,10 @@ impl Presence {
         if is_there {
             format!("{name} was started anew and does not know of this any more")
         } else {
-            format!("{name} is gone: it has not answered for {:.1} s", self.timeout.as_secs_f64())
+            format!(
+                "{name} is gone: it has not answered for {:.1} s",
+                self.timeout.as_secs_f64()
+            )
         }
     }
 }
@@ -120,14 +123,19 @@ impl Asker {
             let answers = self.answers().await;
             // One that was killed is still in the graph when it is started anew.
             let now = self.namesakes();
-            self.tell(answers, now > namesakes && answers);
+            self.tell(answers, answers && namesakes > 0 && now > namesakes);
             namesakes = now;
         }
     }
 
     async fn answers(&self) -> bool {
         let patience = self.period * (QUESTIONS - 1);
-        self.client.server_is_ready() && self.client.call(GetParametersRequest::default(), patience).await.is_ok()
+        self.client.server_is_ready()
+            && self
+                .client
+                .call(GetParametersRequest::default(), patience)
+                .await
+                .is_ok()
     }
 
     fn namesakes(&self) -> usize {

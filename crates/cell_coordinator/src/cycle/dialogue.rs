@@ -9,11 +9,20 @@ use super::order::{Carried, Mode};
 /// What is to be done. Each but [`Self::Interrupt`] and [`Self::Halt`] is answered by one event.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Command {
-    Capture { cameras: Vec<String> },
-    Solve { capture_id: String },
-    Plan { capture_id: String, mode: Mode },
+    Capture {
+        cameras: Vec<String>,
+    },
+    Solve {
+        capture_id: String,
+    },
+    Plan {
+        capture_id: String,
+        mode: Mode,
+    },
     Move(Move),
-    Vacuum { on: bool },
+    Vacuum {
+        on: bool,
+    },
     Home,
     /// Ends what runs, which still answers.
     Interrupt,
@@ -44,11 +53,18 @@ pub(crate) struct DryRun {
 /// What happened.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Event {
-    Captured { capture_id: String },
-    Solved { cameras: Vec<String> },
+    Captured {
+        capture_id: String,
+    },
+    Solved {
+        cameras: Vec<String>,
+    },
     Planned(Planned),
     /// A motion came to its end, or would.
-    Moved { held: bool, joints: Vec<f64> },
+    Moved {
+        held: bool,
+        joints: Vec<f64>,
+    },
     /// The pump is as asked, or the arm at home.
     Done,
     /// What runs has failed.

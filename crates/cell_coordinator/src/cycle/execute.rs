@@ -107,7 +107,10 @@ impl Cycle {
 
     fn dropped(&mut self) -> Option<Command> {
         self.holds = false;
-        self.give_up("the object was dropped on the way", Abandon::PumpOff { was_near: false })
+        self.give_up(
+            "the object was dropped on the way",
+            Abandon::PumpOff { was_near: false },
+        )
     }
 
     fn on_failed_step(&mut self, step: Step, fault: &Fault) -> Option<Command> {

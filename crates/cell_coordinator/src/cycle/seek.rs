@@ -116,11 +116,12 @@ impl Cycle {
             (true, 0) => "no grasp was found".to_owned(),
             (true, _) => "only grasps are left that have failed".to_owned(),
         };
-        self.nothing.push(match (self.order.modes.len(), self.order.modes[self.mode]) {
-            (1, _) => reason,
-            (_, Mode::Solid) => format!("as a solid object: {reason}"),
-            (_, Mode::Thin) => format!("as a thin one: {reason}"),
-        });
+        self.nothing
+            .push(match (self.order.modes.len(), self.order.modes[self.mode]) {
+                (1, _) => reason,
+                (_, Mode::Solid) => format!("as a solid object: {reason}"),
+                (_, Mode::Thin) => format!("as a thin one: {reason}"),
+            });
         if self.mode + 1 < self.order.modes.len() {
             self.mode += 1;
             return self.plan();

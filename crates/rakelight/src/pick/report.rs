@@ -74,7 +74,10 @@ impl Report {
     pub(super) fn for_people(&self) -> String {
         let mut text = match (self.success, self.failed_stage) {
             (true, _) => format!("pick {}: done after {:.1} s", self.pick, self.seconds),
-            (false, Some(stage)) => format!("pick {}: failed in stage {stage} after {:.1} s", self.pick, self.seconds),
+            (false, Some(stage)) => format!(
+                "pick {}: failed in stage {stage} after {:.1} s",
+                self.pick, self.seconds
+            ),
             (false, None) => format!("pick {}: not begun", self.pick),
         };
         if !self.stages.is_empty() {
@@ -188,7 +191,10 @@ impl Summary {
 
     pub(super) fn for_people(&self) -> String {
         let figures = self.figures();
-        let mut text = format!("{} picks: {} done, {} failed", self.asked, figures.succeeded, figures.failed);
+        let mut text = format!(
+            "{} picks: {} done, {} failed",
+            self.asked, figures.succeeded, figures.failed
+        );
         if figures.not_tried > 0 {
             let _ = write!(text, ", {} not tried", figures.not_tried);
         }
@@ -235,7 +241,13 @@ mod tests {
         };
         result.grasp.contact.x = 0.4;
         result.grasp.grasp_joints = vec![0.0; 7];
-        Report::new(pick, PickCycleGoal::SOLID, &result, &[String::new()], Duration::from_secs(9))
+        Report::new(
+            pick,
+            PickCycleGoal::SOLID,
+            &result,
+            &[String::new()],
+            Duration::from_secs(9),
+        )
     }
 
     fn empty(pick: u32) -> Report {
@@ -246,12 +258,21 @@ mod tests {
             ..PickCycleResult::default()
         };
         let reasons = ["nothing to pick: no body".to_owned(), result.reason.clone()];
-        Report::new(pick, PickCycleGoal::THIN, &result, &reasons, Duration::from_millis(1500))
+        Report::new(
+            pick,
+            PickCycleGoal::THIN,
+            &result,
+            &reasons,
+            Duration::from_millis(1500),
+        )
     }
 
     #[test]
     fn a_pick_is_told_for_people_and_for_programs() {
-        assert_eq!(picked(1, 7).for_people(), "pick 1: done after 9.0 s (capture 1.00 s, execute 7.00 s)");
+        assert_eq!(
+            picked(1, 7).for_people(),
+            "pick 1: done after 9.0 s (capture 1.00 s, execute 7.00 s)"
+        );
         assert_eq!(
             empty(2).for_people(),
             "pick 2: failed in stage plan after 1.5 s (capture 1.00 s)\n  as a solid object: nothing to pick: no body; \
@@ -261,7 +282,10 @@ mod tests {
         assert_eq!((&json["contact"][0], &json["mode"]), (&0.4.into(), &"solid".into()));
         assert_eq!(json["stages"][1]["seconds"], 7.0);
         let json: serde_json::Value = serde_json::from_str(&empty(2).to_json().unwrap()).unwrap();
-        assert_eq!((&json["contact"], &json["failed_stage"]), (&serde_json::Value::Null, &"plan".into()));
+        assert_eq!(
+            (&json["contact"], &json["failed_stage"]),
+            (&serde_json::Value::Null, &"plan".into())
+        );
     }
 
     #[test]
@@ -272,14 +296,19 @@ mod tests {
     #[test]
     fn several_picks_are_summed_up() {
         let mut summary = Summary::new(4);
-        [picked(1, 7), picked(2, 3), empty(3)].into_iter().for_each(|report| summary.add(report));
+        [picked(1, 7), picked(2, 3), empty(3)]
+            .into_iter()
+            .for_each(|report| summary.add(report));
         assert!(!summary.all_succeeded());
         assert_eq!(
             summary.for_people(),
             "4 picks: 2 done, 1 failed, 1 not tried; in the median capture 1.00 s, execute 3.00 s, pick 9.00 s"
         );
         let json: serde_json::Value = serde_json::from_str(&summary.to_json().unwrap()).unwrap();
-        assert_eq!((&json["summary"]["succeeded"], &json["summary"]["not_tried"]), (&2.into(), &1.into()));
+        assert_eq!(
+            (&json["summary"]["succeeded"], &json["summary"]["not_tried"]),
+            (&2.into(), &1.into())
+        );
         let mut summary = Summary::new(1);
         summary.add(picked(1, 7));
         assert!(summary.all_succeeded());

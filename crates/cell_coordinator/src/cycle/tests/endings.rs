@@ -49,7 +49,10 @@ fn a_cancel_with_an_object_on_the_cup_keeps_it_there() {
     interrupted(&mut story, Event::Cancel);
     assert_eq!(story.wants, None);
     let reason = &story.outcome().reason;
-    assert!(reason.contains("cancelled (the lift)") && reason.contains("the cup still holds an object"), "{reason}");
+    assert!(
+        reason.contains("cancelled (the lift)") && reason.contains("the cup still holds an object"),
+        "{reason}"
+    );
 }
 
 #[test]
@@ -82,7 +85,10 @@ fn a_cancel_goes_before_another_try() {
 fn an_arm_that_is_stopped_or_has_a_fault_ends_it_in_any_stage() {
     let mut story = Story::begin(order(), policy(), Cup::Off);
     interrupted(&mut story, unfit("the arm is stopped: by the service `stop`"));
-    story.assert_failed(Stage::Capture, &["the arm is stopped: by the service `stop` (the capture)"]);
+    story.assert_failed(
+        Stage::Capture,
+        &["the arm is stopped: by the service `stop` (the capture)"],
+    );
 
     let mut story = Story::executing();
     story.tell(Event::Done);
@@ -121,7 +127,13 @@ fn every_stage_has_its_time() {
         assert_eq!(story.wants, None, "not yet");
         story.now = story.cycle.deadline();
         interrupted(&mut story, Event::Tick);
-        story.assert_failed(stage, &[&format!("stage {stage} takes longer than"), &format!("(timeouts.{stage})")]);
+        story.assert_failed(
+            stage,
+            &[
+                &format!("stage {stage} takes longer than"),
+                &format!("(timeouts.{stage})"),
+            ],
+        );
     }
 }
 
@@ -134,7 +146,10 @@ fn a_motion_that_takes_too_long_is_ended_and_the_pump_goes_off() {
     assert_eq!(story.wants, Some(Command::Vacuum { on: false }));
     story.now = story.cycle.deadline();
     story.tell(Event::Tick);
-    story.assert_failed(Stage::Execute, &["stage execute takes longer than 90.0 s", "the pump did not go off"]);
+    story.assert_failed(
+        Stage::Execute,
+        &["stage execute takes longer than 90.0 s", "the pump did not go off"],
+    );
 }
 
 #[test]
@@ -146,7 +161,11 @@ fn what_does_not_end_when_told_is_stopped_with_the_arm() {
     assert_eq!(story.wants, Some(Command::Halt));
     let outcome = story.outcome();
     assert_eq!(outcome.kind, Kind::Cancelled);
-    assert!(outcome.reason.contains("did not end within 3.0 s"), "{}", outcome.reason);
+    assert!(
+        outcome.reason.contains("did not end within 3.0 s"),
+        "{}",
+        outcome.reason
+    );
 }
 
 #[test]
@@ -156,7 +175,10 @@ fn a_cup_that_does_not_let_go_ends_it() {
     story.hear(Cup::Held);
     story.now = story.cycle.deadline();
     story.tell(Event::Tick);
-    story.assert_failed(Stage::Execute, &["still holds something 2.0 s after the pump was switched off"]);
+    story.assert_failed(
+        Stage::Execute,
+        &["still holds something 2.0 s after the pump was switched off"],
+    );
 }
 
 #[test]
@@ -174,7 +196,10 @@ fn an_executor_that_is_lost_ends_it_and_the_pump_is_tried() {
     let mut story = Story::lifting();
     story.tell(moved()).tell(lost("trajectory_executor does not answer"));
     assert_eq!(story.wants, None, "what hangs there stays there");
-    story.assert_failed(Stage::Execute, &["the way to the bin failed: trajectory_executor does not answer"]);
+    story.assert_failed(
+        Stage::Execute,
+        &["the way to the bin failed: trajectory_executor does not answer"],
+    );
 }
 
 #[test]
@@ -183,7 +208,10 @@ fn an_object_that_is_dropped_while_the_arm_cannot_be_stopped_ends_it() {
     story.tell(Event::Arm(report(Cup::On))).tell(lost("gone"));
     assert_eq!(story.wants, Some(Command::Vacuum { on: false }));
     story.tell(lost("gone"));
-    story.assert_failed(Stage::Execute, &["dropped on the way, and the arm's motion cannot be ended: gone"]);
+    story.assert_failed(
+        Stage::Execute,
+        &["dropped on the way, and the arm's motion cannot be ended: gone"],
+    );
 
     let mut story = Story::lifting();
     story.tell(Event::Arm(report(Cup::On)));

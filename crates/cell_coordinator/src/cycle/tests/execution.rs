@@ -23,13 +23,20 @@ fn a_pick_goes_step_by_step_and_is_done_when_the_object_is_gone() {
     story.tell(Event::Done);
     story.see(vec![grasp(0.43)]);
     let outcome = story.outcome();
-    assert_eq!((outcome.kind, outcome.reason.as_str(), outcome.failed_stage), (Kind::Succeeded, "", None));
+    assert_eq!(
+        (outcome.kind, outcome.reason.as_str(), outcome.failed_stage),
+        (Kind::Succeeded, "", None)
+    );
     assert_eq!((outcome.grasp.as_ref(), outcome.moved), (Some(&grasp(0.4)), true));
     let timings = story.cycle.view().timings;
     let stages: Vec<Stage> = timings.iter().map(|timing| timing.stage).collect();
     let look = [Stage::Capture, Stage::Solve, Stage::Plan];
     assert_eq!(stages, [&look[..], &[Stage::Execute], &look[..]].concat());
-    assert!(timings.iter().all(|timing| timing.succeeded && timing.ended > Some(timing.began)));
+    assert!(
+        timings
+            .iter()
+            .all(|timing| timing.succeeded && timing.ended > Some(timing.began))
+    );
 }
 
 #[test]
@@ -70,7 +77,14 @@ fn without_a_seal_the_arm_backs_off_and_looks_again_and_takes_another_contact() 
     story.tell(Event::Done);
     story.see(vec![grasp(0.402), grasp(0.43)]);
     assert!((story.moves().to.position.x - 0.43).abs() < 1e-12, "the next best");
-    assert!(story.cycle.view().timings.iter().any(|timing| timing.stage == Stage::Execute && !timing.succeeded));
+    assert!(
+        story
+            .cycle
+            .view()
+            .timings
+            .iter()
+            .any(|timing| timing.stage == Stage::Execute && !timing.succeeded)
+    );
 }
 
 #[test]
@@ -86,7 +100,10 @@ fn when_no_contact_is_left_it_says_what_was_tried() {
     story.tell(planned(vec![grasp(0.4)], ""));
     story.assert_failed(
         Stage::Plan,
-        &["grasp at (0.400, 0.000, 0.000) m: the cup did not seal", "only grasps are left that have failed"],
+        &[
+            "grasp at (0.400, 0.000, 0.000) m: the cup did not seal",
+            "only grasps are left that have failed",
+        ],
     );
 }
 
@@ -125,7 +142,10 @@ fn a_way_that_fails_leads_home_with_the_pump_off_and_to_another_try() {
     story.tell(refused("still in the way"));
     assert_eq!(story.wants, Some(Command::Home), "home is planned from anywhere");
     story.tell(refused("not that either"));
-    story.assert_failed(Stage::Execute, &["the way home after a failed grasp failed: not that either"]);
+    story.assert_failed(
+        Stage::Execute,
+        &["the way home after a failed grasp failed: not that either"],
+    );
 }
 
 #[test]
@@ -160,7 +180,11 @@ fn an_arm_that_says_late_that_it_holds_is_believed_and_one_that_never_does_is_no
     }
     story.hear(Cup::On);
     story.tell(moved());
-    assert_eq!(story.wants, Some(Command::Vacuum { on: false }), "dropped while it was lifted");
+    assert_eq!(
+        story.wants,
+        Some(Command::Vacuum { on: false }),
+        "dropped while it was lifted"
+    );
 }
 
 #[test]
@@ -168,7 +192,10 @@ fn a_lift_that_fails_keeps_the_object_on_the_cup() {
     let mut story = Story::lifting();
     story.tell(refused("the controller reports an error"));
     assert_eq!(story.wants, None, "the pump stays on");
-    story.assert_failed(Stage::Execute, &["the lift failed: the controller", "the cup still holds an object"]);
+    story.assert_failed(
+        Stage::Execute,
+        &["the lift failed: the controller", "the cup still holds an object"],
+    );
 }
 
 #[test]
@@ -186,7 +213,10 @@ fn a_cycle_that_cannot_look_again_says_that_it_does_not_know() {
     story.tell(moved()).tell(moved()).tell(Event::Done);
     story.tell(Event::Arm(report(Cup::Off))).tell(Event::Done);
     story.tell(lost("camera_capture does not answer"));
-    story.assert_failed(Stage::Capture, &["released over the bin, but whether it is gone is not known: camera_capture"]);
+    story.assert_failed(
+        Stage::Capture,
+        &["released over the bin, but whether it is gone is not known: camera_capture"],
+    );
 
     let mut story = Story::lifting();
     story.tell(moved()).tell(moved()).tell(Event::Done);
@@ -220,18 +250,27 @@ fn what_the_cup_holds_at_the_beginning_is_put_into_the_bin_first() {
     assert_eq!(story.wants, Some(Command::Home));
     story.tell(Event::Done);
     story.see(Vec::new());
-    story.assert_failed(Stage::Plan, &["what the cup held before was put into the bin first; nothing to pick"]);
+    story.assert_failed(
+        Stage::Plan,
+        &["what the cup held before was put into the bin first; nothing to pick"],
+    );
 
     let mut story = Story::begin(holding.clone(), policy(), Cup::Held);
     story.tell(refused("beyond the arm's reach")).tell(moved());
-    assert!(!story.moves().straight && story.moves().dry.is_none(), "straight to the bin");
+    assert!(
+        !story.moves().straight && story.moves().dry.is_none(),
+        "straight to the bin"
+    );
 
     let mut story = Story::begin(holding, policy(), Cup::Held);
     story.tell(moved());
     for _ in 0..12 {
         story.tell(refused("collision"));
     }
-    story.assert_failed(Stage::Execute, &["cannot be put into the bin: collision", "the cup still holds"]);
+    story.assert_failed(
+        Stage::Execute,
+        &["cannot be put into the bin: collision", "the cup still holds"],
+    );
     assert_eq!(story.wants, None);
 }
 
@@ -244,6 +283,9 @@ fn a_pump_that_is_not_switched_ends_it() {
     story.assert_failed(Stage::Execute, &["the pump was not switched: no answer"]);
 
     let mut story = Story::lifting();
-    story.tell(moved()).tell(moved()).tell(refused("no answer of the gripper"));
+    story
+        .tell(moved())
+        .tell(moved())
+        .tell(refused("no answer of the gripper"));
     story.assert_failed(Stage::Execute, &["the pump was not switched"]);
 }

@@ -45,7 +45,10 @@ fn a_camera_that_is_gone_is_left_out_and_named() {
         cameras: vec!["c1".into()],
     });
     story.tell(planned(Vec::new(), "c1: 0 object pixels"));
-    story.assert_failed(Stage::Plan, &["without c2: c2: it does not answer; nothing to pick: c1: 0 object pixels"]);
+    story.assert_failed(
+        Stage::Plan,
+        &["without c2: c2: it does not answer; nothing to pick: c1: 0 object pixels"],
+    );
     assert_eq!(story.outcome().capture_id, "b");
 }
 
@@ -128,7 +131,10 @@ fn the_whole_way_is_a_dry_run_first_each_leg_from_the_end_of_the_last() {
     for (leg, height) in heights.iter().enumerate() {
         let way = story.moves().clone();
         assert!((way.to.position.z - height).abs() < 1e-12, "{way:?}");
-        assert_eq!((way.straight, way.contact), (leg == 1 || leg == 2, leg == 1 || leg == 2));
+        assert_eq!(
+            (way.straight, way.contact),
+            (leg == 1 || leg == 2, leg == 1 || leg == 2)
+        );
         assert_eq!(way.carried.is_some(), leg >= 2);
         assert_eq!((way.speed > 0.0, way.until_held), (leg == 1, leg == 1));
         starts.push(way.dry.expect("a dry run").start_joints);

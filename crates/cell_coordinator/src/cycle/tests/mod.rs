@@ -201,7 +201,11 @@ impl Story {
     /// That it failed there and so.
     pub(super) fn assert_failed(&self, stage: Stage, texts: &[&str]) {
         let outcome = self.outcome();
-        assert_eq!((outcome.kind, outcome.failed_stage), (Kind::Failed, Some(stage)), "{outcome:?}");
+        assert_eq!(
+            (outcome.kind, outcome.failed_stage),
+            (Kind::Failed, Some(stage)),
+            "{outcome:?}"
+        );
         for text in texts {
             assert!(outcome.reason.contains(text), "{text:?}: {}", outcome.reason);
         }
