@@ -44,12 +44,13 @@ pub struct Played {
 pub async fn run(node: Node) -> Result<Played, Error> {
     let parameters = Parameters::declare(&node)?;
     let bag = Arc::new(open(&parameters)?);
-    let channels = channels(&node, &bag, parameters.enlarge.get() as usize)?;
+    let left_out = parameters.leave_out.get();
+    let channels = channels(&node, &bag, &left_out, parameters.enlarge.get() as usize)?;
     wait_for_subscriptions(&channels, &parameters).await?;
     let stop = node.stop_token();
     let mut played = Played::default();
     loop {
-        let round = play(Arc::clone(&bag), &channels, parameters.rate.get());
+        let round = play(Arc::clone(&bag), &channels, &left_out, parameters.rate.get());
         tokio::select! {
             () = stop.cancelled() => return Ok(played),
             round = round => {
@@ -81,10 +82,15 @@ fn open(parameters: &Parameters) -> Result<Bag, Error> {
     Ok(bag)
 }
 
-fn channels(node: &Node, bag: &Bag, factor: usize) -> Result<BTreeMap<String, Box<dyn Channel>>, Error> {
+fn channels(
+    node: &Node,
+    bag: &Bag,
+    left_out: &[String],
+    factor: usize,
+) -> Result<BTreeMap<String, Box<dyn Channel>>, Error> {
     let mut channels = BTreeMap::new();
     let mut unknown = Vec::new();
-    for topic in bag.topics() {
+    for topic in bag.topics().iter().filter(|topic| !left_out.contains(&topic.name)) {
         match channel::open(node, &topic.name, &topic.type_name, factor)? {
             Some(channel) => drop(channels.insert(topic.name.clone(), channel)),
             None => unknown.push(format!("{} ({})", topic.name, topic.type_name)),
@@ -94,7 +100,7 @@ fn channels(node: &Node, bag: &Bag, factor: usize) -> Result<BTreeMap<String, Bo
     if channels.is_empty() {
         let files = bag.report().files.iter().map(|file| file.display().to_string());
         let reason = if unknown.is_empty() {
-            "it has no topics".into()
+            "it has no topics beside those left out".into()
         } else {
             format!("unknown types: {unknown}")
         };
@@ -152,9 +158,10 @@ async fn deliver(channels: &BTreeMap<String, Box<dyn Channel>>) {
 }
 
 /// One round through the bag.
-async fn play(bag: Arc<Bag>, channels: &BTreeMap<String, Box<dyn Channel>>, rate: f64) -> Played {
+async fn play(bag: Arc<Bag>, channels: &BTreeMap<String, Box<dyn Channel>>, left_out: &[String], rate: f64) -> Played {
     let (sender, mut messages) = mpsc::channel(READ_AHEAD);
-    tokio::task::spawn_blocking(move || read(&bag, &sender));
+    let left_out = left_out.to_vec();
+    tokio::task::spawn_blocking(move || read(&bag, &left_out, &sender));
     let mut played = Played::default();
     let mut beginning: Option<(u64, Instant)> = None;
     while let Some(message) = messages.recv().await {
@@ -176,8 +183,8 @@ async fn play(bag: Arc<Bag>, channels: &BTreeMap<String, Box<dyn Channel>>, rate
     played
 }
 
-fn read(bag: &Bag, sender: &mpsc::Sender<RawMessage>) {
-    for message in bag.messages() {
+fn read(bag: &Bag, left_out: &[String], sender: &mpsc::Sender<RawMessage>) {
+    for message in bag.messages_where(|topic| !left_out.contains(&topic.name)) {
         match message {
             // The receiver is gone when the player was stopped.
             Ok(message) => match sender.blocking_send(message) {

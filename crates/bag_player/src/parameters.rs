@@ -9,6 +9,7 @@ pub(crate) struct Parameters {
     pub(crate) bag: ParameterHandle<String>,
     pub(crate) rate: ParameterHandle<f64>,
     pub(crate) repeat: ParameterHandle<bool>,
+    pub(crate) leave_out: ParameterHandle<Vec<String>>,
     pub(crate) enlarge: ParameterHandle<i64>,
     pub(crate) wait_for_subscriptions: ParameterHandle<f64>,
 }
@@ -30,6 +31,11 @@ impl Parameters {
             )?,
             repeat: parameters
                 .declare(Parameter::bool("loop", false).describe("Whether to begin anew after the last message"))?,
+            leave_out: parameters.declare(
+                Parameter::strings("leave_out", Vec::new())
+                    .read_only()
+                    .describe("Topics that are not played, by their names in the bag"),
+            )?,
             enlarge: parameters.declare(
                 Parameter::integer("enlarge", 1)
                     .unit("times")

@@ -161,6 +161,53 @@ mod tests {
         }
     }
 
+    /// Texts and keys that begin like a topic's name.
+    fn names(value: &serde_json::Value, found: &mut Vec<String>) {
+        match value {
+            serde_json::Value::String(text) => found.push(text.clone()),
+            serde_json::Value::Array(values) => values.iter().for_each(|value| names(value, found)),
+            serde_json::Value::Object(fields) => {
+                for (key, value) in fields {
+                    found.push(key.clone());
+                    names(value, found);
+                }
+            }
+            _ => {}
+        }
+        found.retain(|name| name.starts_with('/'));
+    }
+
+    #[test]
+    fn the_foxglove_layout_shows_topics_that_the_cell_has() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../launch_configs/foxglove.json");
+        let text = std::fs::read_to_string(path).expect("the layout");
+        let layout: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        let mut shown = Vec::new();
+        names(&layout, &mut shown);
+        let cameras = ["c1".to_owned(), "c2".to_owned()];
+        let cell = [session(&cameras), results(&cameras), further(&cameras)].concat();
+        let known: Vec<String> = cell.iter().map(|topic| absolute("/cell", &topic.name)).collect();
+        for topic in &shown {
+            assert!(known.contains(topic), "{topic} is not one of {known:?}");
+        }
+        for wanted in [
+            "/cell/state",
+            "/cell/c1/points",
+            "/cell/c2/grasps/preview",
+            "/robot_description",
+        ] {
+            assert!(shown.iter().any(|topic| topic == wanted), "{wanted} is not shown");
+        }
+        let panels = layout["configById"].as_object().expect("panels");
+        let placed = layout["layout"].to_string() + &layout["configById"]["Tab!messages"].to_string();
+        for panel in panels.keys() {
+            assert!(
+                placed.contains(&format!("\"{panel}\"")),
+                "{panel} is nowhere on the screen"
+            );
+        }
+    }
+
     #[test]
     fn names_are_taken_below_the_namespace() {
         assert_eq!(absolute("/cell", "arm/state"), "/cell/arm/state");

@@ -2,13 +2,14 @@
 
 use geometry::nalgebra::{Matrix3, Point3, Vector3};
 
+use crate::carried::{Axis, Objects};
 use crate::chart::{Chart, Grid, Tangent};
 use crate::cup::Cup;
 use crate::directions::misalignment;
 use crate::footprint::{Circle, Footprint};
 use crate::options::PlanOptions;
 use crate::refusal::{Failure, Refused, Test};
-use crate::result::{Grasp, Measured, Scores, Source};
+use crate::result::{Carried, Grasp, Measured, Scores, Source};
 use crate::stem::SurfacePoints;
 use crate::surface::{Place, Surface};
 use crate::triangulate::{covariance, covariance_at_depth};
@@ -30,6 +31,8 @@ pub(crate) struct Bench<'a> {
     pub(crate) views: &'a [View<'a>],
     /// By view.
     pub(crate) points: &'a [SurfacePoints],
+    /// By view.
+    pub(crate) objects: &'a [Objects],
     pub(crate) directions: &'a [Vector3<f64>],
     pub(crate) cup: &'a Cup,
     pub(crate) options: &'a PlanOptions,
@@ -143,10 +146,28 @@ impl Bench<'_> {
             normal: candidate.place.normal,
             source: self.source(candidate),
             patch_radius: candidate.measured.border,
+            carried: self.carried(candidate),
             scores,
             measured: candidate.measured,
             total: scores.total(&self.options.weights),
         }
+    }
+
+    /// The larger of what the views show.
+    fn carried(&self, candidate: &Candidate<'_>) -> Carried {
+        let axis = Axis {
+            contact: candidate.place.point,
+            direction: -candidate.place.normal,
+            table_height: self.options.table_height,
+        };
+        let patch = Carried {
+            radius: candidate.measured.border,
+            length: 0.0,
+        };
+        let surface = candidate.surface;
+        let shown = surface.views.iter().zip(&surface.patches);
+        let around = shown.map(|(&view, patch)| self.objects[view].around(patch.object, &self.views[view], &axis));
+        around.fold(patch, |all, next| all.and(&next)).bounded()
     }
 
     /// How far each measure is from its limit.

@@ -149,6 +149,11 @@ impl Level {
         near.into_iter().filter_map(at).find(|object| *object > 0).unwrap_or(0)
     }
 
+    /// The object that a cell belongs to, counted from 1; 0 is none.
+    pub(crate) fn object_of(&self, index: usize) -> u16 {
+        self.objects[index]
+    }
+
     /// Numbers the connected parts of the mask, by cells that are mostly inside.
     fn label(&mut self) {
         self.objects = vec![0; self.blocks.cells.len()];

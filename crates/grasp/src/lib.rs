@@ -41,6 +41,7 @@
 mod align;
 mod approach;
 mod assess;
+mod carried;
 mod chart;
 mod correspondence;
 mod cup;
@@ -73,6 +74,6 @@ pub use options::{Limits, MatchOptions, PlanOptions, SearchOptions, Weights};
 pub use overlay::Overlay;
 pub use plan::plan;
 pub use refusal::{Failure, Refused, Test};
-pub use result::{Grasp, Measured, Plan, Scores, Source};
+pub use result::{Carried, Grasp, Measured, Plan, Scores, Source};
 pub use thin::plan_thin;
 pub use view::ViewInput;

@@ -49,6 +49,11 @@ impl Overlay {
         }
     }
 
+    /// On a relief of a view's normals.
+    pub fn on_normals(normals: &Image<[f32; 3]>, camera: PinholeCamera, base_from_camera: &RigidTransform) -> Self {
+        Self::new(normals.map(relief), camera, base_from_camera)
+    }
+
     /// On a relief of the view's normals, with its depth edges in blue.
     pub fn on_relief(view: &ViewInput<'_>) -> Self {
         let mut picture = view.normals.map(relief);
@@ -85,6 +90,12 @@ impl Overlay {
             self.cup(&grasp.contact, &grasp.normal, cup.radius(), colour);
             self.number(&grasp.contact, rank, colour);
         }
+    }
+
+    /// One grasp in green: its footprint (metres), normal and rank.
+    pub fn grasp(&mut self, contact: &Point3<f64>, normal: &Vector3<f64>, radius: f64, rank: usize) {
+        self.cup(contact, normal, radius, GRASP);
+        self.number(contact, rank, GRASP);
     }
 
     fn pixel(&self, point: &Point3<f64>) -> Option<Point2<f64>> {

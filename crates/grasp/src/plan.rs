@@ -4,6 +4,7 @@ use geometry::nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::assess::Bench;
+use crate::carried::Objects;
 use crate::correspondence::{Correspondences, all_shown, correspond};
 use crate::cup::Cup;
 use crate::directions::orientations;
@@ -48,9 +49,11 @@ pub fn plan(inputs: &[ViewInput<'_>], cup: &Cup, options: &PlanOptions) -> Resul
         }
     }
     let points: Vec<SurfacePoints> = views.iter().map(SurfacePoints::new).collect();
+    let objects: Vec<Objects> = views.iter().map(Objects::new).collect();
     let bench = Bench {
         views: &views,
         points: &points,
+        objects: &objects,
         directions: &directions,
         cup,
         options,

@@ -37,16 +37,17 @@ fn disc(middle: [f64; 2], radius: f64, thickness: f64, sides: usize) -> Body {
 fn discs_octagons_and_cards_are_held_in_their_middle() {
     let card = Rotation3::from_axis_angle(&Vector3::z_axis(), 0.5);
     let bodies = [
-        ("disc", disc([0.43, 0.01], 0.025, 0.003, 90), 0.003),
-        ("octagon", disc([0.43, 0.01], 0.025, 0.003, 8), 0.003),
-        ("triangle", disc([0.43, 0.01], 0.04, 0.004, 3), 0.004),
+        ("disc", disc([0.43, 0.01], 0.025, 0.003, 90), 0.003, 0.025),
+        ("octagon", disc([0.43, 0.01], 0.025, 0.003, 8), 0.003, 0.025),
+        ("triangle", disc([0.43, 0.01], 0.04, 0.004, 3), 0.004, 0.04),
         (
             "card",
             Body::block(Point3::new(0.43, 0.01, 0.0015), [0.08, 0.05, 0.003], card),
             0.003,
+            0.04_f64.hypot(0.025),
         ),
     ];
-    for (name, body, thickness) in bodies {
+    for (name, body, thickness, reach) in bodies {
         let found = planned(&see(&[body], SIZE, 0.3));
         assert_eq!(found.grasps.len(), 1, "{name}: {:?}", found.refused);
         let grasp = &found.grasps[0];
@@ -58,6 +59,9 @@ fn discs_octagons_and_cards_are_held_in_their_middle() {
         );
         assert!(off.xy().norm() < 0.001 && off.z.abs() < 0.0015, "{name}: {off}");
         assert_eq!(grasp.approach_axis(), -Vector3::z());
+        let (radius, length) = (grasp.carried.radius - 0.003, grasp.carried.length - 0.003);
+        assert!((radius - reach).abs() < 0.0015, "{name}: {radius}");
+        assert!((length - thickness).abs() < 0.0015, "{name}: {length}");
     }
 }
 
@@ -158,4 +162,8 @@ fn the_printed_disc_is_held_in_its_middle() {
         panic!("{:?}", grasp.source)
     };
     assert!((radius - 0.025).abs() < 0.0015 && coverage > 0.9, "{radius} {coverage}");
+    // The disc hangs on the cup, not the plate that it lies on.
+    let carried = grasp.carried;
+    assert!((carried.radius - 0.028).abs() < 0.0015, "{carried:?}");
+    assert!((carried.length - 0.009).abs() < 0.002, "{carried:?}");
 }

@@ -58,8 +58,8 @@ fn grasp(placed: &Placed, mode: Mode, cameras: &[&str]) -> Grasp {
         seal_score: grasp.scores.seal() as f32,
         wrench_score: grasp.scores.wrench() as f32,
         patch_radius: grasp.patch_radius as f32,
-        object_radius: 0.0,
-        object_length: 0.0,
+        object_radius: grasp.carried.radius as f32,
+        object_length: grasp.carried.length as f32,
         pregrasp_joints: joints.map(|angles| angles.pregrasp.to_vec()).unwrap_or_default(),
         grasp_joints: joints.map(|angles| angles.grasp.to_vec()).unwrap_or_default(),
         cameras: seen_by(&grasp.source, cameras),
@@ -107,6 +107,9 @@ mod tests {
             assert!((0.0..=1.0).contains(&score) && score > 0.1, "{score}");
         }
         assert!(best.patch_radius > 0.01);
+        // Half of the plate's diagonal and its height over the table, and 3 mm; the radius is known to a cell.
+        assert!((0.0454..0.049).contains(&best.object_radius), "{}", best.object_radius);
+        assert!((best.object_length - 0.013).abs() < 0.001, "{}", best.object_length);
         assert_eq!((best.pregrasp_joints.len(), best.grasp_joints.len()), (7, 7));
         let pose = best_pose(&planned, "link_base").expect("within reach");
         assert_eq!((pose.pose, pose.header), (best.grasp, array.header.clone()));

@@ -12,6 +12,7 @@ use geometry::nalgebra::{Matrix3, Point2, Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::assess::Bench;
+use crate::carried::Axis;
 use crate::chart::{Chart, Grid, Tangent};
 use crate::cup::Cup;
 use crate::error::GraspError;
@@ -20,9 +21,13 @@ use crate::options::PlanOptions;
 use crate::plan::prepare;
 use crate::rank::ranked;
 use crate::refusal::{Failure, Refused, Test};
+<<<<<<< HEAD
 use crate::result::{Grasp, Measured, Plan, Source};
 use crate::stem::SurfacePoints;
 use crate::surface::Place;
+=======
+use crate::result::{Carried, Grasp, Measured, Plan, Source};
+>>>>>>> h_replay
 use crate::triangulate::{covariance, covariance_at_depth, triangulate};
 use crate::view::{View, ViewInput};
 use outline::{Outline, outlines};
@@ -56,6 +61,7 @@ pub fn plan_thin(inputs: &[ViewInput<'_>], cup: &Cup, options: &PlanOptions) -> 
     let bench = Bench {
         views: &views,
         points: &points,
+        objects: &[],
         directions: &directions,
         cup,
         options,
@@ -270,10 +276,21 @@ impl Thing<'_> {
                 coverage: self.coverage(),
             },
             patch_radius: measured.border,
+            carried: self.carried(bench),
             scores,
             measured,
             total: scores.total(&bench.options.weights),
         }
+    }
+
+    fn carried(&self, bench: &Bench<'_>) -> Carried {
+        let axis = Axis {
+            contact: self.middle,
+            direction: -Vector3::z(),
+            table_height: bench.options.table_height,
+        };
+        let radii = self.outlines.iter().map(|outline| outline.outer_radius());
+        Carried::thin(&axis, radii.fold(0.0, f64::max))
     }
 
     fn coverage(&self) -> f64 {

@@ -75,6 +75,12 @@ impl Outline {
         depth_inside(&self.hull, &self.middle)
     }
 
+    /// From the middle to the farthest corner, metres.
+    pub(crate) fn outer_radius(&self) -> f64 {
+        let distances = self.hull.iter().map(|corner| (corner - self.middle).norm());
+        distances.fold(0.0, f64::max)
+    }
+
     /// Another outline lies within.
     pub(crate) fn encloses(&self, other: &Self) -> bool {
         other.area < self.area && depth_inside(&self.hull, &other.middle) > 0.0

@@ -12,57 +12,57 @@ use super::message::header_stamp;
 
 /// The images of a bag, and the captures they make.
 #[derive(Debug, Default)]
-pub(super) struct Captures {
+pub(crate) struct Captures {
     /// In the order of their first exposure.
-    pub(super) captures: Vec<Capture>,
+    pub(crate) captures: Vec<Capture>,
     /// By camera (the topics' common beginning).
-    pub(super) cameras: BTreeMap<String, Camera>,
+    pub(crate) cameras: BTreeMap<String, Camera>,
 }
 
 /// One light sequence.
 #[derive(Debug, Serialize)]
-pub(super) struct Capture {
+pub(crate) struct Capture {
     /// Position in the bag, from 1.
-    pub(super) number: usize,
-    pub(super) id: String,
+    pub(crate) number: usize,
+    pub(crate) id: String,
     /// Stamp of its first image, nanoseconds.
-    pub(super) stamp: i64,
-    pub(super) cameras: Vec<CameraCapture>,
+    pub(crate) stamp: i64,
+    pub(crate) cameras: Vec<CameraCapture>,
     /// Log times of its first and last message.
     #[serde(skip)]
-    pub(super) span: (u64, u64),
+    pub(crate) span: (u64, u64),
 }
 
 /// What one camera saw of a capture.
 #[derive(Debug, Serialize)]
-pub(super) struct CameraCapture {
-    pub(super) camera: String,
+pub(crate) struct CameraCapture {
+    pub(crate) camera: String,
     /// Images that the sequence has.
-    pub(super) count: u8,
-    pub(super) exposures: Vec<ExposureReport>,
+    pub(crate) count: u8,
+    pub(crate) exposures: Vec<ExposureReport>,
 }
 
 /// One exposure.
 #[derive(Debug, Clone, Serialize)]
-pub(super) struct ExposureReport {
-    pub(super) index: u8,
+pub(crate) struct ExposureReport {
+    pub(crate) index: u8,
     /// `dark`, `L1`, ...
-    pub(super) light: String,
-    pub(super) stamp: i64,
+    pub(crate) light: String,
+    pub(crate) stamp: i64,
     /// Whether an image of the same stamp is there.
-    pub(super) has_image: bool,
+    pub(crate) has_image: bool,
 }
 
 /// The image stamps of one camera.
 #[derive(Debug, Default)]
-pub(super) struct Camera {
+pub(crate) struct Camera {
     /// In the order of the log times.
-    pub(super) images: Vec<i64>,
-    pub(super) exposures: BTreeSet<i64>,
+    pub(crate) images: Vec<i64>,
+    pub(crate) exposures: BTreeSet<i64>,
 }
 
 impl Captures {
-    pub(super) fn find(bag: &Bag) -> Result<Self, RecordingError> {
+    pub(crate) fn find(bag: &Bag) -> Result<Self, RecordingError> {
         let mut found = Self::default();
         for message in bag.messages_where(|topic| camera_of(&topic.name, &topic.type_name).is_some()) {
             let message = message?;
@@ -145,7 +145,7 @@ impl Capture {
 
 impl CameraCapture {
     /// Images of the sequence that are there.
-    pub(super) fn images(&self) -> usize {
+    pub(crate) fn images(&self) -> usize {
         let there = self
             .exposures
             .iter()
@@ -154,7 +154,7 @@ impl CameraCapture {
     }
 
     /// Why it is not whole.
-    pub(super) fn faults(&self) -> Vec<String> {
+    pub(crate) fn faults(&self) -> Vec<String> {
         let with = |index: u8| self.exposures.iter().filter(|exposure| exposure.index == index).count();
         let missing: Vec<String> = (0..self.count)
             .filter(|i| with(*i) == 0)
@@ -179,7 +179,7 @@ impl CameraCapture {
 }
 
 /// The camera that an image or exposure topic belongs to: `/cell/c1` of `/cell/c1/image_raw`.
-pub(super) fn camera_of<'a>(topic: &'a str, type_name: &str) -> Option<&'a str> {
+pub(crate) fn camera_of<'a>(topic: &'a str, type_name: &str) -> Option<&'a str> {
     match type_name {
         Image::TYPE_NAME => topic.strip_suffix("/image_raw"),
         Exposure::TYPE_NAME => topic.strip_suffix("/exposure"),

@@ -1,7 +1,7 @@
 //! `rakelight bag cut`.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             arguments.bag.display()
         )));
     }
-    let cut = Cut::write(&bag, &selection, arguments)?;
+    let cut = Cut::write(&bag, &selection, &arguments.output)?;
     if arguments.json {
         return print_json(&cut);
     }
@@ -82,6 +82,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         cut.path.display()
     );
     Ok(())
+}
+
+/// Writes one capture, by its number or id, and what lies around it in time as a new bag; of these topics.
+pub(crate) fn one_capture(bag: &Bag, capture: &str, topics: &[String], output: &Path) -> Result<(), Failure> {
+    let selection = Selection {
+        span: (0, u64::MAX),
+        topics: known_topics(topics, bag)?,
+        captures: known_captures(&[capture.to_owned()], bag)?,
+    };
+    Cut::write(bag, &selection, output).map(drop)
 }
 
 /// What of a bag is kept.
@@ -230,8 +240,8 @@ struct Cut {
 }
 
 impl Cut {
-    fn write(bag: &Bag, selection: &Selection, arguments: &Arguments) -> Result<Self, Failure> {
-        let mut writer = BagWriter::create(&arguments.output)?;
+    fn write(bag: &Bag, selection: &Selection, output: &Path) -> Result<Self, Failure> {
+        let mut writer = BagWriter::create(output)?;
         let mut ids = BTreeMap::new();
         for topic in bag.topics().iter().filter(|topic| selection.has_topic(topic)) {
             ids.insert(topic.name.as_str(), writer.add_topic_like(topic)?);
@@ -254,7 +264,7 @@ impl Cut {
         }
         writer.finish()?;
         Ok(Self {
-            path: arguments.output.clone(),
+            path: output.to_owned(),
             messages: messages + latched,
             latched,
             topics: ids.len(),

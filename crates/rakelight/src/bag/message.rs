@@ -37,7 +37,7 @@ impl MessageVisitor for Decoders {
 }
 
 /// The stamp of a message that begins with a header, nanoseconds; other messages have none.
-pub(super) fn header_stamp(message: &RawMessage) -> Option<i64> {
+pub(crate) fn header_stamp(message: &RawMessage) -> Option<i64> {
     begins_with_header(&message.topic)
         .then(|| first_stamp(&message.cdr))
         .flatten()

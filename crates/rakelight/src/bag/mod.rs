@@ -1,10 +1,10 @@
 //! `rakelight bag info|check|cut`: what is in a bag, what is wrong with it, and a part of it.
 
-mod captures;
+pub(crate) mod captures;
 mod check;
-mod cut;
+pub(crate) mod cut;
 mod info;
-mod message;
+pub(crate) mod message;
 mod text;
 
 use std::path::{Path, PathBuf};
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<(), Failure> {
     }
 }
 
-fn open(path: &Path) -> Result<Bag, Failure> {
+pub(crate) fn open(path: &Path) -> Result<Bag, Failure> {
     if !path.exists() {
         return Err(Failure::usage(anyhow!("no bag at {}", path.display())));
     }
@@ -65,7 +65,7 @@ impl From<&Damage> for DamageReport {
     }
 }
 
-fn print_json(value: &impl Serialize) -> Result<(), Failure> {
+pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     println!("{}", serde_json::to_string_pretty(value)?);
     Ok(())
 }

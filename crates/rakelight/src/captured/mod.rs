@@ -10,7 +10,7 @@ use photometric::{PixelRays, View};
 use recording::Bag;
 
 use frames::Collector;
-use places::Places;
+pub(crate) use places::Places;
 
 /// One camera's share of a capture.
 pub(crate) struct Captured {

@@ -16,13 +16,13 @@ const KEPT: Duration = Duration::from_hours(366 * 24);
 const BASE: &str = "link_base";
 
 /// What a bag says of its cameras.
-pub(super) struct Places {
+pub(crate) struct Places {
     transforms: Buffer,
     cameras: BTreeMap<String, PinholeCamera>,
 }
 
 impl Places {
-    pub(super) fn read(bag: &Bag) -> anyhow::Result<Self> {
+    pub(crate) fn read(bag: &Bag) -> anyhow::Result<Self> {
         let mut places = Self {
             transforms: Buffer::new(KEPT),
             cameras: BTreeMap::new(),
@@ -64,13 +64,13 @@ impl Places {
     }
 
     /// Lens of a camera, by the topics' common beginning.
-    pub(super) fn camera(&self, name: &str) -> anyhow::Result<PinholeCamera> {
+    pub(crate) fn camera(&self, name: &str) -> anyhow::Result<PinholeCamera> {
         let found = self.cameras.get(name).copied();
         found.ok_or_else(|| anyhow!("the bag has no {name}/camera_info"))
     }
 
     /// Where a frame was at a time.
-    pub(super) fn base_from(&self, frame: &str, nanos: i64) -> anyhow::Result<RigidTransform> {
+    pub(crate) fn base_from(&self, frame: &str, nanos: i64) -> anyhow::Result<RigidTransform> {
         Ok(self.transforms.lookup(BASE, frame, nanos)?)
     }
 }
