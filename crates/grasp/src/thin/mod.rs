@@ -21,13 +21,9 @@ use crate::options::PlanOptions;
 use crate::plan::prepare;
 use crate::rank::ranked;
 use crate::refusal::{Failure, Refused, Test};
-<<<<<<< HEAD
-use crate::result::{Grasp, Measured, Plan, Source};
+use crate::result::{Carried, Grasp, Measured, Plan, Source};
 use crate::stem::SurfacePoints;
 use crate::surface::Place;
-=======
-use crate::result::{Carried, Grasp, Measured, Plan, Source};
->>>>>>> h_replay
 use crate::triangulate::{covariance, covariance_at_depth, triangulate};
 use crate::view::{View, ViewInput};
 use outline::{Outline, outlines};
