@@ -6,7 +6,8 @@
 //! - [`render`]: what a camera sees of a [`scene::Scene`], one radiance image per light.
 //! - [`board`]: the light controller's firmware on a simulated microcontroller behind a pseudo-terminal.
 //! - [`arm`]: the xArm7's controller behind its TCP ports, and the arm that it moves.
-//! - [`cell`]: all of it together: two cameras on the network that expose while the board's pins light panels, and the arm.
+//! - [`cell`]: all of it together: two cameras on the network that expose while the board's pins light panels, and the arm
+//!   that picks objects up, drops them and hits them.
 
 pub mod arm;
 pub mod board;

@@ -22,7 +22,7 @@ fn bodies(scatter: &Scatter) -> Vec<Body> {
 
 /// Convex outline seen from above, counter-clockwise (Andrew's monotone chain).
 fn outline(mesh: &TriangleMesh) -> Vec<Point2<f64>> {
-    let mut points: Vec<_> = mesh.vertices.iter().map(|vertex| vertex.xy()).collect();
+    let mut points: Vec<_> = mesh.vertices.iter().map(Point3::xy).collect();
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let half = |points: &mut dyn Iterator<Item = Point2<f64>>| {
         let mut chain: Vec<Point2<f64>> = Vec::new();

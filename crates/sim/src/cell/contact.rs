@@ -2,26 +2,23 @@
 //!
 //! The cup's lip, the last 12 mm of the tool, may touch: it gives way. Pressed deeper than that it is a collision too.
 
-use collision::{ArmModel, CarriedObject, Checker, Scene, SelfCollision, Shape};
+use collision::{ArmModel, CarriedObject, Checker, Scene, Touched};
 use geometry::RigidTransform;
-use geometry::nalgebra::Vector3;
-use kinematics::Chain;
-use urdf_rs::Geometry;
 
-use super::stock::{Inventory, Item, LIP, Place};
+use super::stock::{Inventory, Item, Place};
 use crate::SimError;
-use crate::arm::{ArmMoment, nominal_robot};
-use crate::world::Bin;
+use crate::arm::ArmMoment;
+
+mod model;
 
 /// Things that are less deep in each other only touch, metres.
 const TOUCH: f64 = 0.001;
 /// A lip that is deeper in something is pressed too far, metres.
 const PRESSED: f64 = 0.005;
+/// Things that an object may lie in when it is picked.
+const MOST_OVERLAPS: usize = 8;
 /// Contacts kept; later ones are counted in the log only.
 const MOST_KEPT: usize = 10_000;
-/// Of the URDF.
-const BASE: &str = "link_base";
-const GRIPPER: &str = "vacuum_gripper";
 const LIP_NAME: &str = "cup";
 const TABLE: &str = "table";
 const BIN: &str = "bin";
@@ -59,7 +56,7 @@ pub(super) struct Contacts {
 impl Contacts {
     pub(super) fn new(flange_from_cup: &RigidTransform) -> Result<Self, SimError> {
         Ok(Self {
-            arm: arm()?,
+            arm: model::arm()?,
             flange_from_cup: *flange_from_cup,
             scene: Scene::new(),
             standing: Vec::new(),
@@ -84,13 +81,13 @@ impl Contacts {
         self.looked_at = Some(moment.joints);
         let version = [inventory.number, inventory.revision];
         if self.shown != Some(version)
-            && let Err(error) = self.show(inventory)
+            && let Err(error) = self.show(inventory, &moment.joints)
         {
             tracing::warn!("collisions are not looked for: {error}");
             return false;
         }
         self.shown = Some(version);
-        let found = self.pressed(pressed, moment).or_else(|| self.deepest(moment));
+        let found = too_deep(pressed, moment).or_else(|| self.deepest(moment));
         self.report(found, kept)
     }
 
@@ -124,16 +121,6 @@ impl Contacts {
         true
     }
 
-    fn pressed(&self, pressed: Option<(String, f64)>, moment: &ArmMoment) -> Option<WorldContact> {
-        let (object, depth) = pressed.filter(|(_, depth)| *depth > PRESSED)?;
-        Some(WorldContact {
-            link: LIP_NAME.to_owned(),
-            object,
-            depth,
-            micros: moment.micros,
-        })
-    }
-
     fn deepest(&self, moment: &ArmMoment) -> Option<WorldContact> {
         let free = Checker::new(&self.arm, &self.scene);
         let checkers = std::iter::once(free).chain(self.carried.iter().map(|object| free.carrying(object)));
@@ -147,10 +134,10 @@ impl Contacts {
         })
     }
 
-    fn show(&mut self, inventory: &Inventory) -> Result<(), SimError> {
+    fn show(&mut self, inventory: &Inventory, joints: &[f64; 7]) -> Result<(), SimError> {
         let is_other_world = self.shown.is_none_or(|[number, _]| number != inventory.number);
         if is_other_world {
-            self.scene = surroundings(&inventory.bin)?;
+            self.scene = model::surroundings(&inventory.bin)?;
             self.standing.clear();
         }
         self.clear_away(inventory)?;
@@ -164,9 +151,26 @@ impl Contacts {
         }
         let carried = inventory.held.iter().map(|(item, cup_from_object)| {
             let flange_from_object = self.flange_from_cup * *cup_from_object;
-            carried(&self.arm, &inventory.items[*item], &flange_from_object)
+            model::carried(&self.arm, &inventory.items[*item], &flange_from_object)
         });
         self.carried = carried.collect::<Result<_, _>>()?;
+        self.except_overlaps(inventory, joints)
+    }
+
+    /// What lay in something from the start may be taken out of it.
+    fn except_overlaps(&mut self, inventory: &Inventory, joints: &[f64; 7]) -> Result<(), SimError> {
+        for (object, (item, _)) in self.carried.iter().zip(&inventory.held) {
+            let name = &inventory.items[*item].name;
+            for _ in 0..MOST_OVERLAPS {
+                let found = Checker::new(&self.arm, &self.scene).carrying(object).check(joints)?;
+                let overlap = found.filter(|found| found.link == name && found.depth() > TOUCH);
+                let Some(Touched::Obstacle(obstacle)) = overlap.map(|found| found.with) else {
+                    break;
+                };
+                let obstacle = obstacle.to_owned();
+                self.scene.except(name, &obstacle)?;
+            }
+        }
         Ok(())
     }
 
@@ -191,6 +195,17 @@ impl WorldContact {
     }
 }
 
+/// A lip that is pressed on beyond what it gives way.
+fn too_deep(pressed: Option<(String, f64)>, moment: &ArmMoment) -> Option<WorldContact> {
+    let (object, depth) = pressed.filter(|(_, depth)| *depth > PRESSED)?;
+    Some(WorldContact {
+        link: LIP_NAME.to_owned(),
+        object,
+        depth,
+        micros: moment.micros,
+    })
+}
+
 /// Obstacles that are objects are told from the others.
 fn label(name: &str) -> String {
     format!("{OBJECT}{name}")
@@ -198,44 +213,4 @@ fn label(name: &str) -> String {
 
 fn name_of(label: &str) -> &str {
     label.strip_prefix(OBJECT).unwrap_or(label)
-}
-
-/// The nominal arm with its gripper and camera, without the cup's lip. That it touches itself is not looked for here: its
-/// controller does.
-fn arm() -> Result<ArmModel<7>, SimError> {
-    let mut robot = nominal_robot()?;
-    let gripper = robot.links.iter_mut().find(|link| link.name == GRIPPER);
-    for collision in gripper.into_iter().flat_map(|link| &mut link.collision) {
-        if let Geometry::Box { size } = &mut collision.geometry {
-            size.0[2] -= LIP;
-            collision.origin.xyz.0[2] -= LIP / 2.0;
-        }
-    }
-    let names: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
-    let pairs: Vec<[&str; 2]> = names.iter().flat_map(|a| names.iter().map(move |b| [*a, *b])).collect();
-    let leave_out = SelfCollision {
-        never: &pairs,
-        free_at: &[],
-    };
-    let chain = Chain::from_urdf(&robot, BASE, "link_eef").map_err(crate::arm::ArmError::from)?;
-    Ok(ArmModel::from_urdf(&robot, BASE, chain, &leave_out)?)
-}
-
-/// What is there besides the objects.
-fn surroundings(bin: &Bin) -> Result<Scene, SimError> {
-    let mut scene = Scene::new();
-    scene.add_half_space(TABLE, &Vector3::z_axis(), 0.0)?;
-    // It stands there.
-    scene.except(BASE, TABLE)?;
-    let walls = collision::Bin {
-        inside: [bin.size, bin.size, bin.height - Bin::FLOOR],
-        wall: Bin::WALL,
-    };
-    scene.add_bin(BIN, &bin.base_from_bin(), &walls)?;
-    Ok(scene)
-}
-
-fn carried(arm: &ArmModel<7>, item: &Item, flange_from_object: &RigidTransform) -> Result<CarriedObject, SimError> {
-    let shape = Shape::mesh(&item.solid.mesh().transformed(flange_from_object))?;
-    Ok(CarriedObject::new(arm, &item.name, &[shape], &[GRIPPER])?)
 }

@@ -118,7 +118,7 @@ impl Slot {
         };
         let is_other = moment.held != followed.held || moment.vacuum != followed.vacuum;
         let rests = moment.velocities.iter().all(|velocity| velocity.abs() < RESTING);
-        let has_moved = moment.joints != followed.joints;
+        let has_moved = moment.joints.map(f64::to_bits) != followed.joints.map(f64::to_bits);
         is_other || has_moved && (rests || self.steps.is_multiple_of(STEPS_FOLLOWED))
     }
 }

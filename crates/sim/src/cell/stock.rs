@@ -5,53 +5,26 @@
 //! lands on the table or the bin's floor alone tips over onto a face that it can stand on; what lands on another object keeps
 //! its orientation. Nothing slides, and the bin's walls stop nothing that falls.
 
-use std::sync::Arc;
-
 use geometry::RigidTransform;
 use parking_lot::Mutex;
 
-use super::gallery::Places;
 use crate::SimError;
 use crate::arm::SuctionWorld;
-use crate::physics::{Placed, Solid, gap_below};
-use crate::scene::Body;
-use crate::world::{Bin, World};
+use crate::physics::{Placed, gap_below};
+use crate::world::World;
 use ground::Ground;
 use rim::Rim;
 
 mod ground;
+mod item;
 mod rim;
 
+pub(super) use item::{Inventory, Item};
+pub use item::{ObjectState, Place};
 pub(super) use rim::LIP;
 
 /// What lies on something is this near to it, metres.
 const NEAR: f64 = 0.000_5;
-
-/// Where an object is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Place {
-    /// It stands on the table, or on what stands there.
-    OnTable,
-    /// It hangs on the cup, or lies on what does.
-    Held,
-    /// Out of the cameras' sight.
-    InBin,
-    /// On the floor.
-    OffTable,
-}
-
-/// An object of the world.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ObjectState {
-    /// As in the world file.
-    pub name: String,
-    /// Where it is.
-    pub place: Place,
-    /// Where it is exactly.
-    pub base_from_object: RigidTransform,
-    /// Where the world put it.
-    pub base_from_object_at_start: RigidTransform,
-}
 
 #[derive(Debug)]
 pub(super) struct Stock {
@@ -69,15 +42,6 @@ struct State {
     ground: Ground,
 }
 
-#[derive(Debug, Clone)]
-pub(super) struct Item {
-    pub(super) name: String,
-    pub(super) solid: Arc<Solid>,
-    pub(super) place: Place,
-    pub(super) base_from_object: RigidTransform,
-    at_start: RigidTransform,
-}
-
 /// What the cup has to do with objects.
 #[derive(Debug, Clone, Default)]
 struct Grip {
@@ -92,17 +56,6 @@ struct Grip {
 struct Held {
     item: usize,
     cup_from_object: RigidTransform,
-}
-
-/// What cameras and contacts need to know, at one time.
-#[derive(Debug, Clone)]
-pub(super) struct Inventory {
-    pub(super) number: u64,
-    pub(super) revision: u64,
-    pub(super) items: Vec<Item>,
-    /// Of the object on the cup, with what lies on it.
-    pub(super) held: Vec<(usize, RigidTransform)>,
-    pub(super) bin: Bin,
 }
 
 impl Stock {
@@ -267,59 +220,6 @@ impl SuctionWorld for Stock {
         let held: Vec<usize> = state.grip.held.drain(..).map(|held| held.item).collect();
         state.grip.sealed_at = None;
         state.grip.falling.extend(held);
-    }
-}
-
-impl Item {
-    fn new(body: &Body, bin: &Bin) -> Result<Self, SimError> {
-        let body_from_base = body.base_from_body.inverse();
-        let mut item = Self {
-            name: body.name.clone(),
-            solid: Arc::new(Solid::new(body.mesh.transformed(&body_from_base))?),
-            place: Place::OnTable,
-            base_from_object: body.base_from_body,
-            at_start: body.base_from_body,
-        };
-        let centre = item.placed().centre_of_mass();
-        if bin.holds(&centre) && centre.z < bin.height {
-            item.place = Place::InBin;
-        }
-        Ok(item)
-    }
-
-    pub(super) fn placed(&self) -> Placed<'_> {
-        Placed {
-            solid: &self.solid,
-            base_from_solid: self.base_from_object,
-        }
-    }
-}
-
-impl Place {
-    fn words(self) -> &'static str {
-        match self {
-            Self::OnTable => "on the table",
-            Self::Held => "on the cup",
-            Self::InBin => "in the bin",
-            Self::OffTable => "on the floor, beside the table",
-        }
-    }
-}
-
-impl Inventory {
-    /// Where the objects are that cameras can see.
-    pub(super) fn places(&self) -> Places {
-        let seen = |(index, item): (usize, &Item)| {
-            matches!(item.place, Place::OnTable | Place::Held).then_some((index, item.base_from_object))
-        };
-        self.items.iter().enumerate().filter_map(seen).collect()
-    }
-
-    /// The same, once what is held is out of sight; none when nothing is held.
-    pub(super) fn places_without_held(&self) -> Option<Places> {
-        let stays = |(index, _): &(usize, RigidTransform)| self.items[*index].place == Place::OnTable;
-        let is_held = self.items.iter().any(|item| item.place == Place::Held);
-        is_held.then(|| self.places().into_iter().filter(stays).collect())
     }
 }
 

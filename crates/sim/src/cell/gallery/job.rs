@@ -13,8 +13,9 @@ use crate::render::{RenderOptions, render};
 use crate::scene::View;
 use crate::world::World;
 
-/// How much threads that work ahead give way to others, 0 to 19: the arm moves meanwhile.
-const NICENESS: i32 = 5;
+/// How much threads that work ahead give way to others, 0 to 19: the arm moves meanwhile, and a frame may wait for them
+/// in the end.
+const NICENESS: i32 = 2;
 
 /// Something to render.
 pub(super) struct Job {

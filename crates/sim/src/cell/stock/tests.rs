@@ -4,6 +4,7 @@ use std::path::Path;
 use geometry::nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::*;
+use crate::world::Bin;
 
 fn stock(objects: &str) -> Stock {
     let world = World::from_yaml(&format!("objects: [{objects}]"), Path::new("")).expect("a world");

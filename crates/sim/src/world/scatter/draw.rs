@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use geometry::TriangleMesh;
-use geometry::nalgebra::Point2;
+use geometry::nalgebra::{Point2, Point3};
 
 use crate::SimError;
 use crate::objects::{
@@ -58,7 +58,7 @@ pub(super) fn draw(kind: &str, random: &mut fastrand::Rng) -> Result<Draw, SimEr
 
 /// Around a mesh, seen from above: its middle is that of the mesh's sides along x and y.
 pub(super) fn circle(mesh: &TriangleMesh) -> (Point2<f64>, f64) {
-    let corners = || mesh.vertices.iter().map(|vertex| vertex.xy());
+    let corners = || mesh.vertices.iter().map(Point3::xy);
     let low = corners().fold(Point2::new(f64::INFINITY, f64::INFINITY), |low, corner| {
         low.inf(&corner)
     });
