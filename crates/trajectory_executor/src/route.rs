@@ -1,14 +1,14 @@
 //! Ways of the joints around what stands in the way.
 //!
 //! The direct motion is taken if it is free. Otherwise the tool is lifted straight up first and lowered straight down
-//! last, so that it goes across above the obstacles: the lowest of lip and carried object at one of [`CLEAR`]; then the
-//! same by way of home. All of that is tried for each of a few solutions of the arm for the pose, the nearest first, which
-//! differ in where the elbow is. The first free way is taken; they are the same every time, and no more than
-//! 52.
+//! last, so that it goes across above the obstacles: the lowest of lip and carried object at one of [`CLEAR`]. That is tried
+//! for each of a few solutions of the arm for the pose, which differ in where the elbow is, the nearest first; then direct
+//! motions to the other solutions; then up, by way of home, and down. The first free way is taken. They are the same every
+//! time, and no more than 52.
 
 use devices::JointValues;
 use geometry::RigidTransform;
-use kinematics::{IkOptions, Preference};
+use kinematics::IkOptions;
 use nalgebra::SVector;
 use trajectory::{Planner, Trajectory};
 
@@ -40,7 +40,7 @@ impl Router<'_> {
     /// # Errors
     /// A pose out of reach; what the direct motion touches, if all ways touch something.
     pub(crate) fn to_pose(&self, at: &JointValues, pose: &RigidTransform) -> Result<Trajectory<7>, MotionError> {
-        let nearest = self.solve(pose, at, &anywhere())?;
+        let nearest = self.solve(pose, at, &IkOptions::default())?;
         let direct = self.free(&[*at, nearest], 0.0);
         if !is_collision(&direct) {
             return direct;
@@ -162,23 +162,11 @@ fn is_collision(found: &Result<Trajectory<7>, MotionError>) -> bool {
     matches!(found, Err(MotionError::Collision { .. }))
 }
 
-/// Farther from singularities than by default: straight lines begin where motions of the joints end.
-fn anywhere() -> IkOptions {
-    let preference = Preference {
-        singularities: 0.1,
-        ..Preference::default()
-    };
-    IkOptions {
-        preference,
-        ..IkOptions::default()
-    }
-}
-
 /// Only from the seed: other branches are far away.
 fn near() -> IkOptions {
     IkOptions {
         attempts: 1,
-        ..anywhere()
+        ..IkOptions::default()
     }
 }
 

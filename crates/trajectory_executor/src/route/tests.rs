@@ -21,9 +21,9 @@ const SPEEDS: [[f64; 2]; 2] = [[0.25, 12.0], [0.95, 6.0]];
 
 /// Something that is picked up.
 struct Pick {
-    pregrasp: RigidTransform,
-    grasp: RigidTransform,
-    retreat: RigidTransform,
+    /// Where the lip comes to, metres, and from where.
+    contact: Vector3<f64>,
+    axis: Vector3<f64>,
     bin: RigidTransform,
     carried: Option<Carried>,
 }
@@ -61,28 +61,13 @@ fn pick(model: &Model, random: &mut Rng) -> Pick {
     );
     // What is tilted has room below it for so much.
     let contact = Vector3::new(place.x, place.y, place.z + 0.06 * axis.xy().norm() * 0.5);
-    let at = |offset: Vector3<f64>, rotation| RigidTransform::from_parts(contact + offset, rotation);
-    let planner = model.planner(SPEEDS[0][0]).expect("a speed");
-    let router = Router {
-        model,
-        planner: &planner,
-        handling: Handling::default(),
-    };
-    let reachable = |turn: &&i8| {
-        let rotation = turned(model, &axis, f64::from(**turn) * FRAC_PI_6);
-        let there = router.to_pose(&HOME, &at(-0.05 * axis, rotation));
-        there.is_ok_and(|there| planner.line(&end(&there), &at(Vector3::zeros(), rotation)).is_ok())
-    };
-    let turn = TURNS.iter().find(reachable).copied().expect("within reach");
-    let rotation = turned(model, &axis, f64::from(turn) * FRAC_PI_6);
     let (radius, length) = (within(random, 0.0, 0.06), contact.z.min(0.06));
     let carried = (radius > 0.002).then_some(Carried { radius, length });
     let over = Vector3::new(BIN[0], BIN[1], within(random, 0.08, 0.25));
     Pick {
-        pregrasp: at(-0.05 * axis, rotation),
-        grasp: at(Vector3::zeros(), rotation),
-        retreat: at(0.1 * Vector3::z(), rotation),
         bin: over_bin(model, over, carried, random),
+        contact,
+        axis,
         carried,
     }
 }
@@ -111,13 +96,28 @@ fn end(trajectory: &Trajectory<7>) -> JointValues {
     trajectory.end().map(|state| state.position)
 }
 
-/// The way home -> pregrasp -> grasp -> retreat -> bin -> home, each part by itself.
-fn cycle(
+/// The way home -> pregrasp -> grasp -> retreat -> bin -> home, each part by itself, with the tool turned as at home or as
+/// little from that as all of it allows; how many turns that took.
+fn cycle(model: &Model, pick: &Pick, speed: f64) -> Result<(usize, Times), (&'static str, MotionError)> {
+    let mut first = None;
+    for (tried, turn) in TURNS.into_iter().enumerate() {
+        let rotation = turned(model, &pick.axis, f64::from(turn) * FRAC_PI_6);
+        match turned_cycle(model, pick, &rotation, speed) {
+            Ok(times) => return Ok((tried, times)),
+            Err(error) => first.get_or_insert(error),
+        };
+    }
+    Err(first.expect("a turn was tried"))
+}
+
+fn turned_cycle(
     model: &Model,
     pick: &Pick,
+    rotation: &UnitQuaternion<f64>,
     tool_speed: f64,
-    approach_speed: f64,
 ) -> Result<Times, (&'static str, MotionError)> {
+    let at = |offset: Vector3<f64>| RigidTransform::from_parts(pick.contact + offset, *rotation);
+    let (pregrasp, grasp, retreat) = (at(-0.05 * pick.axis), at(Vector3::zeros()), at(0.1 * Vector3::z()));
     let planner = model.planner(tool_speed).expect("a speed");
     let router = |carried| Router {
         model,
@@ -136,10 +136,10 @@ fn cycle(
     };
     let named = |name| move |error| (name, error);
     let there = router(None)
-        .to_pose(&HOME, &pick.pregrasp)
+        .to_pose(&HOME, &pregrasp)
         .map_err(named("to the pregrasp"))?;
-    let down = line(&end(&there), &pick.grasp, approach_speed, touching(None)).map_err(named("approach"))?;
-    let up = line(&end(&down), &pick.retreat, tool_speed, touching(pick.carried)).map_err(named("retreat"))?;
+    let down = line(&end(&there), &grasp, APPROACH_SPEED, touching(None)).map_err(named("approach"))?;
+    let up = line(&end(&down), &retreat, tool_speed, touching(pick.carried)).map_err(named("retreat"))?;
     let away = router(pick.carried)
         .to_pose(&end(&up), &pick.bin)
         .map_err(named("to the bin"))?;
@@ -153,16 +153,20 @@ fn picks_anywhere_on_the_mat_find_a_way_to_the_bin_and_home() {
     let model = model();
     let mut random = Rng::with_seed(7);
     let mut failures = Vec::new();
-    let mut sums = [Times::default(), Times::default()];
+    let (mut sums, mut turned) = ([Times::default(), Times::default()], 0);
     for number in 0..GRASPS {
         let pick = pick(&model, &mut random);
         for (sum, [speed, _]) in sums.iter_mut().zip(SPEEDS) {
-            match cycle(&model, &pick, speed, APPROACH_SPEED) {
-                Ok(times) => sum.add(&times),
+            match cycle(&model, &pick, speed) {
+                Ok((tried, times)) => {
+                    turned += usize::from(tried > 0);
+                    sum.add(&times);
+                }
                 Err((name, error)) => failures.push(format!("{number} at {speed} m/s, {name}: {error}")),
             }
         }
     }
+    println!("{turned} of {} needed another turn of the tool", 2 * GRASPS);
     assert!(failures.is_empty(), "{} of {GRASPS}: {failures:#?}", failures.len());
     for (sum, [speed, most]) in sums.iter().zip(SPEEDS) {
         let parts = sum.0.map(|seconds| seconds / GRASPS as f64);
