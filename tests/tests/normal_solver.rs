@@ -396,6 +396,20 @@ async fn a_bag_that_cannot_be_played_says_why() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn topics_left_out_are_not_played() {
+    let domain = Domain::claim();
+    let options = domain
+        .options("bag_player")
+        .parameter("bag", bag().display().to_string());
+    let options = options.parameter("leave_out", vec!["/cell/c2/image_raw".to_owned()]);
+    let player = Node::start(options.parameter("rate", 100.0)).await.unwrap();
+    let played = within("the bag", bag_player::run(player.clone())).await.unwrap();
+    // Of 64 messages 8 are images of C2.
+    assert_eq!((played.published, played.left_out), (56, 0));
+    player.shutdown().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_player_ends_with_its_node() {
     let domain = Domain::claim();
     let options = domain.options("bag_player").namespace("/cell");

@@ -37,7 +37,8 @@ pub(crate) struct Sweep {
 /// Best height of a sweep, between the steps by a parabola; none when the best one is at the sweep's end.
 pub(crate) fn best_offset(a: &Blurred, b: &Blurred, bend: &Bend, sweep: &Sweep) -> Option<Offset> {
     let steps = (sweep.range / sweep.step).round() as i64;
-    let cost = |step: i64| mismatch(a, b, bend, sweep.middle + step as f64 * sweep.step, sweep.stride);
+    let places = places(a, bend, sweep.stride);
+    let cost = |step: i64| mismatch(a, b, &places, sweep.middle + step as f64 * sweep.step);
     let costs: Vec<f64> = (-steps..=steps).map(cost).collect();
     let best = (0..costs.len()).min_by(|&i, &j| costs[i].total_cmp(&costs[j]))?;
     let middle = costs[best];
@@ -51,25 +52,46 @@ pub(crate) fn best_offset(a: &Blurred, b: &Blurred, bend: &Bend, sweep: &Sweep) 
     })
 }
 
-/// Mean contradiction where at least one view has a surface, 0 to 1.
-fn mismatch(a: &Blurred, b: &Blurred, bend: &Bend, height: f64, stride: usize) -> f64 {
-    let (mut sum, mut weights) = (0.0_f64, 0.0_f64);
-    let reach = a.grid.reach();
-    for row in (0..a.grid.side()).step_by(stride) {
-        for column in (0..a.grid.side()).step_by(stride) {
-            let [x, y] = a.grid.position(row * a.grid.side() + column);
-            let over = height + bend.height(x, y);
-            let read = |chart: &Blurred| chart.interpolated(x + over * chart.slide.x, y + over * chart.slide.y);
-            let (in_a, in_b) = (read(a), read(b));
-            let present = f64::from(in_a[3].max(in_b[3]));
-            if present <= 0.0 {
-                continue;
-            }
-            let difference: f32 = in_a.iter().zip(in_b).map(|(a, b)| (a - b) * (a - b)).sum();
-            let weight = (-2.0 * (x * x + y * y) / (reach * reach)).exp();
-            sum += weight * f64::from(difference).min(CONTRADICTION) / CONTRADICTION;
-            weights += weight * present;
+/// A cell that is read, the same at all heights of a sweep.
+struct Place {
+    x: f64,
+    y: f64,
+    /// Over the plane, as the surface bends; metres.
+    bend: f64,
+    /// Less towards the border.
+    weight: f64,
+}
+
+fn places(chart: &Blurred, bend: &Bend, stride: usize) -> Vec<Place> {
+    let (grid, reach) = (chart.grid, chart.grid.reach());
+    let place = |row: usize, column: usize| {
+        let [x, y] = grid.position(row * grid.side() + column);
+        Place {
+            x,
+            y,
+            bend: bend.height(x, y),
+            weight: (-2.0 * (x * x + y * y) / (reach * reach)).exp(),
         }
+    };
+    let rows = (0..grid.side()).step_by(stride);
+    rows.flat_map(|row| (0..grid.side()).step_by(stride).map(move |column| place(row, column)))
+        .collect()
+}
+
+/// Mean contradiction where at least one view has a surface, 0 to 1.
+fn mismatch(a: &Blurred, b: &Blurred, places: &[Place], height: f64) -> f64 {
+    let (mut sum, mut weights) = (0.0_f64, 0.0_f64);
+    for &Place { x, y, bend, weight } in places {
+        let over = height + bend;
+        let read = |chart: &Blurred| chart.interpolated(x + over * chart.slide.x, y + over * chart.slide.y);
+        let (in_a, in_b) = (read(a), read(b));
+        let present = f64::from(in_a[3].max(in_b[3]));
+        if present <= 0.0 {
+            continue;
+        }
+        let difference: f32 = in_a.iter().zip(in_b).map(|(a, b)| (a - b) * (a - b)).sum();
+        sum += weight * f64::from(difference).min(CONTRADICTION) / CONTRADICTION;
+        weights += weight * present;
     }
     if weights > 0.0 { sum / weights } else { 1.0 }
 }

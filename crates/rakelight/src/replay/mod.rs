@@ -1,6 +1,8 @@
 //! `rakelight replay BAG`: a bag as if it were live, and what the cell makes of it today.
 
+mod bench;
 mod compare;
+mod maps;
 mod outcome;
 mod pictures;
 mod recorded;
@@ -43,10 +45,10 @@ pub(crate) struct Arguments {
     /// Print what was found and compared as JSON.
     #[arg(long, requires = "resolve", conflicts_with = "loop")]
     json: bool,
-    /// Launch config whose parameters solver and planner take [default: launch_configs/sim.yaml].
+    /// Launch config whose parameters solver and planner take [default: launch_configs/sim.yaml; none with --loop].
     #[arg(long, value_name = "FILE", requires = "resolve")]
     config: Option<PathBuf>,
-    /// Calibration of the lights [default: the launch config's].
+    /// Calibration of the lights [default: the launch config's]; without one they are far away and nothing is planned.
     #[arg(long, value_name = "FILE", requires = "resolve")]
     lights: Option<PathBuf>,
     /// Repeat every pixel of images this often in both directions, 1 to 16.

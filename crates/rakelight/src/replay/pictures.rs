@@ -12,7 +12,8 @@ use interfaces::rakelight_msgs::msg::GraspArray;
 use interfaces::sensor_msgs::msg::Image as ImageMessage;
 use recording::Bag;
 
-use super::resolve::{Results, normal_map, pixels};
+use super::bench::Results;
+use super::maps::{normal_map, pixels};
 use super::settings::Settings;
 use crate::bag::captures::Capture;
 use crate::captured::Places;

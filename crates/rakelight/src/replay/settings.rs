@@ -21,10 +21,12 @@ pub(super) struct Settings {
 }
 
 impl Settings {
-    /// Of the launch config that is named, else of the usual one, if there is one here.
+    /// Of the launch config that is named, else of the usual one, if there is one here. What is published live takes the
+    /// lights to be far away unless told otherwise: that is quick enough for full-sized images in a row.
     pub(super) fn read(arguments: &Arguments) -> Result<Self, Failure> {
         let config = match &arguments.config {
             Some(path) => Some(path.clone()),
+            None if arguments.r#loop => None,
             None => locate::config(None).ok(),
         };
         let config = config.map(LaunchConfig::read).transpose().map_err(Failure::usage)?;
@@ -48,7 +50,7 @@ impl Settings {
         }
         settings.solver.insert("solve_timeout".into(), PATIENCE.into());
         settings.planner.insert("result_timeout".into(), PATIENCE.into());
-        if !settings.has_lights() {
+        if !settings.has_lights() && !arguments.r#loop {
             eprintln!(
                 "no calibration of the lights: normals are rough, and nothing can be planned; name one with --lights FILE"
             );
@@ -71,12 +73,11 @@ impl Settings {
     }
 
     pub(super) async fn start_nodes(&self, nodes: &Nodes<'_>, running: &mut Running) -> Result<(), Failure> {
-        for (name, parameters) in [
-            (normal_solver::NAME, &self.solver),
-            (grasp_planner::NAME, &self.planner),
-        ] {
-            let options = nodes.options(name).parameter_overrides(parameters.clone());
-            running.start(name, options).await?;
+        let options = |name, parameters: &BTreeMap<_, _>| nodes.options(name).parameter_overrides(parameters.clone());
+        let (solver, planner) = (normal_solver::NAME, grasp_planner::NAME);
+        running.start(solver, options(solver, &self.solver)).await?;
+        if self.has_lights() {
+            running.start(planner, options(planner, &self.planner)).await?;
         }
         Ok(())
     }
