@@ -80,15 +80,14 @@ pub(super) fn text(outcome: &Outcome) -> String {
     text
 }
 
-fn mean(picks: &[Pick], stage: &str) -> String {
-    let seconds: Vec<f64> = picks
-        .iter()
-        .filter_map(|pick| pick.stages.get(stage).copied())
-        .collect();
-    if seconds.is_empty() {
+/// All attempts of a pick count.
+fn mean(picks: &[Pick], name: &str) -> String {
+    if picks.is_empty() {
         return "-".into();
     }
-    format!("{:.2}", seconds.iter().sum::<f64>() / seconds.len() as f64)
+    let stages = picks.iter().flat_map(|pick| &pick.stages);
+    let seconds: f64 = stages.filter(|stage| stage.stage == name).map(|stage| stage.seconds).sum();
+    format!("{:.2}", seconds / picks.len() as f64)
 }
 
 #[cfg(test)]

@@ -61,7 +61,7 @@ fn parameter(name: &str, value: ParameterValue) -> Parameter {
 
 fn text(value: String) -> ParameterValue {
     ParameterValue {
-        r#type: ParameterType::PARAMETER_STRING,
+        type_: ParameterType::PARAMETER_STRING,
         string_value: value,
         ..ParameterValue::default()
     }

@@ -21,7 +21,6 @@ mod rim;
 
 pub(super) use item::{Inventory, Item};
 pub use item::{ObjectState, Place};
-pub(super) use rim::LIP;
 
 /// What lies on something is this near to it, metres.
 const NEAR: f64 = 0.000_5;

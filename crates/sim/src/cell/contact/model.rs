@@ -4,9 +4,8 @@ use collision::{ArmModel, CarriedObject, Scene, SelfCollision, Shape};
 use geometry::RigidTransform;
 use geometry::nalgebra::Vector3;
 use kinematics::Chain;
-use urdf_rs::Geometry;
 
-use super::super::stock::{Item, LIP};
+use super::super::stock::Item;
 use super::{BIN, TABLE};
 use crate::SimError;
 use crate::arm::{ArmError, nominal_robot};
@@ -15,17 +14,15 @@ use crate::world::Bin;
 /// Of the URDF.
 const BASE: &str = "link_base";
 const GRIPPER: &str = "vacuum_gripper";
+/// The lip, which is looked at by its rim.
+const CUP: &str = "vacuum_cup";
 
 /// The nominal arm with its gripper and camera, without the cup's lip. That it touches itself is not looked for here: its
 /// controller does.
 pub(super) fn arm() -> Result<ArmModel<7>, SimError> {
     let mut robot = nominal_robot()?;
-    let gripper = robot.links.iter_mut().find(|link| link.name == GRIPPER);
-    for collision in gripper.into_iter().flat_map(|link| &mut link.collision) {
-        if let Geometry::Box { size } = &mut collision.geometry {
-            size.0[2] -= LIP;
-            collision.origin.xyz.0[2] -= LIP / 2.0;
-        }
+    for link in robot.links.iter_mut().filter(|link| link.name == CUP) {
+        link.collision.clear();
     }
     let names: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
     let pairs: Vec<[&str; 2]> = names.iter().flat_map(|a| names.iter().map(move |b| [*a, *b])).collect();

@@ -12,7 +12,7 @@ const RADIUS: f64 = 0.010;
 /// How far the rim gives way, metres.
 const COMPLIANCE: f64 = 0.003;
 /// Length of the cup's lip, metres; looked at from so far inside.
-pub(in crate::cell) const LIP: f64 = 0.012;
+const LIP: f64 = 0.012;
 /// Places on the rim that are looked at.
 const PLACES: u32 = 12;
 
