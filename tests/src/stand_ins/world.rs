@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use interfaces::rakelight_msgs::action::MoveToolGoal;
 use interfaces::rakelight_msgs::msg::ArmState;
-use parking_lot::{Mutex, MutexGuard};
+use parking_lot::Mutex;
 use tokio::sync::watch;
 
 /// Where captures are taken from, radians.
@@ -31,6 +31,7 @@ pub struct World {
 }
 
 /// What there is.
+#[derive(Clone)]
 pub struct Inner {
     /// Contacts of objects on the table: x in metres, on the x axis of the base.
     pub objects: Vec<f64>,
@@ -92,9 +93,9 @@ impl World {
         }
     }
 
-    /// Looks, without changing anything.
-    pub fn look(&self) -> MutexGuard<'_, Inner> {
-        self.inner.lock()
+    /// As it is now.
+    pub fn look(&self) -> Inner {
+        self.inner.lock().clone()
     }
 
     /// Changes the world, and lets the arm tell of it.
