@@ -135,20 +135,20 @@ mod tests {
         }
     }
 
-    fn outcome(problems: &[&str]) -> Result<Outcome, Refusal> {
-        Ok(Outcome {
+    fn outcome(problems: &[&str]) -> Outcome {
+        Outcome {
             id: "a".into(),
             solved: vec![
                 ("c2".into(), done(0.5, 0, 100)),
                 ("c1".into(), done(0.25, 40_000_000, 90)),
             ],
             problems: problems.iter().map(|problem| (*problem).to_owned()).collect(),
-        })
+        }
     }
 
     #[test]
     fn an_answer_says_what_each_camera_gave_and_how_long_both_took() {
-        let response = response(outcome(&[]), true, StageTiming::default());
+        let response = response(Ok(outcome(&[])), true, StageTiming::default());
         assert!(response.success && response.message.is_empty());
         assert_eq!(response.capture_id, "a");
         assert_eq!(response.cameras, ["c2", "c1"]);
@@ -162,10 +162,10 @@ mod tests {
     #[test]
     fn a_camera_without_normals_spoils_the_answer_only_when_it_was_named() {
         let problem = "c3: light channels [4] are missing";
-        let any = response(outcome(&[problem]), false, StageTiming::default());
+        let any = response(Ok(outcome(&[problem])), false, StageTiming::default());
         assert!(any.success && any.timing.succeeded);
         assert_eq!((any.message.as_str(), any.cameras.len()), (problem, 2));
-        let named = response(outcome(&[problem]), true, StageTiming::default());
+        let named = response(Ok(outcome(&[problem])), true, StageTiming::default());
         assert!(!named.success && !named.timing.succeeded);
         assert_eq!(
             named.message,

@@ -1,6 +1,7 @@
 //! Plays a capture to solver and planner and asks them what came of it.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -62,9 +63,9 @@ impl<'a> Bench<'a> {
         let mut maps = BTreeMap::new();
         let parts = captures.iter().flat_map(|capture| &capture.cameras);
         for topic in parts.flat_map(|part| ["normals", "edges"].map(|what| format!("{}/{what}", part.camera))) {
-            if !maps.contains_key(&topic) {
-                let subscription = node.subscription(&topic, Qos::MAP)?;
-                maps.insert(topic, subscription);
+            if let Entry::Vacant(place) = maps.entry(topic) {
+                let subscription = node.subscription(place.key(), Qos::MAP)?;
+                place.insert(subscription);
             }
         }
         Ok(Self {

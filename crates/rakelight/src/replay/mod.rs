@@ -45,7 +45,7 @@ pub(crate) struct Arguments {
     /// Print what was found and compared as JSON.
     #[arg(long, requires = "resolve", conflicts_with = "loop")]
     json: bool,
-    /// Launch config whose parameters solver and planner take [default: launch_configs/sim.yaml; none with --loop].
+    /// Launch config whose parameters solver and planner take [default: the simulated cell's; none with --loop].
     #[arg(long, value_name = "FILE", requires = "resolve")]
     config: Option<PathBuf>,
     /// Calibration of the lights [default: the launch config's]; without one they are far away and nothing is planned.

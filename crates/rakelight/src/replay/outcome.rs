@@ -1,7 +1,5 @@
 //! What came of a capture, for people and programs.
 
-use std::fmt::Write;
-
 use interfaces::rakelight_msgs::msg::{Grasp, GraspArray};
 use serde::Serialize;
 
@@ -118,35 +116,43 @@ impl Outcome {
 
 impl CameraOutcome {
     fn for_people(&self) -> String {
-        let mut text = format!(
-            "{}: normals on {:.1} % of the pixels",
-            self.camera,
-            1e2 * self.valid_fraction
-        );
-        if let Some(normals) = &self.normals {
-            text += &format!(", {}", normals.for_people());
-        }
-        if let Some(reason) = &self.not_compared {
-            text += &format!(", not compared: {reason}");
-        }
-        text
+        let Self {
+            camera, valid_fraction, ..
+        } = self;
+        let normals = self
+            .normals
+            .as_ref()
+            .map(|normals| format!(", {}", normals.for_people()));
+        let reason = self
+            .not_compared
+            .as_ref()
+            .map(|reason| format!(", not compared: {reason}"));
+        format!(
+            "{camera}: normals on {:.1} % of the pixels{}{}",
+            1e2 * valid_fraction,
+            normals.unwrap_or_default(),
+            reason.unwrap_or_default()
+        )
     }
 }
 
 impl PlanOutcome {
     fn for_people(&self) -> String {
-        let mut text = format!("{} grasps, planned in {:.2} s", self.grasps.len(), self.planned_in_s);
-        if let Some(compared) = &self.compared {
-            text += &format!(", {}", compared.for_people());
-        }
-        if !self.message.is_empty() {
-            text += &format!(": {}", self.message);
-        }
-        for (rank, grasp) in self.grasps.iter().enumerate() {
-            // Writing into a text does not fail.
-            let _ = write!(text, "\n    {rank}: {}", grasp.for_people());
-        }
-        text
+        let compared = self
+            .compared
+            .as_ref()
+            .map(|compared| format!(", {}", compared.for_people()));
+        let message = (!self.message.is_empty()).then(|| format!(": {}", self.message));
+        let summary = format!(
+            "grasps: {}, planned in {:.2} s{}{}",
+            self.grasps.len(),
+            self.planned_in_s,
+            compared.unwrap_or_default(),
+            message.unwrap_or_default()
+        );
+        let ranked = self.grasps.iter().enumerate();
+        let grasps = ranked.map(|(rank, grasp)| format!("    {rank}: {}", grasp.for_people()));
+        std::iter::once(summary).chain(grasps).collect::<Vec<_>>().join("\n")
     }
 }
 

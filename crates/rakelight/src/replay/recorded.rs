@@ -37,7 +37,7 @@ pub(super) fn result_topics(bag: &Path) -> anyhow::Result<Vec<String>> {
 
 pub(super) fn is_result(topic: &Topic) -> bool {
     let ends_so = |end: &&str| topic.name.strip_suffix(*end).is_some_and(|rest| rest.ends_with('/'));
-    RESULTS.iter().any(|end| ends_so(&end))
+    RESULTS.iter().any(ends_so)
 }
 
 /// Results of one capture.
