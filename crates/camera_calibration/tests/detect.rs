@@ -3,36 +3,15 @@
 mod common;
 
 use camera_calibration::{CharucoTarget, NotFound, TargetDetector};
-use common::Picture;
-use geometry::{PinholeCamera, PlumbBob, RigidTransform};
+use common::{Picture, target_at, wrist_camera};
 use imaging::Image;
-use nalgebra::{UnitQuaternion, Vector3};
-
-fn camera() -> PinholeCamera {
-    let lens = PlumbBob {
-        k1: -0.12,
-        k2: 0.08,
-        p1: 0.0008,
-        p2: -0.0005,
-        k3: 0.0,
-    };
-    PinholeCamera::new(768, 768, [1090.9, 1090.9], [385.4, 381.6]).unwrap().with_distortion(lens)
-}
-
-/// The target's middle on the optical axis, turned.
-fn pose(turn: [f64; 3], distance: f64) -> RigidTransform {
-    let rotation = UnitQuaternion::from_euler_angles(turn[0], turn[1], turn[2]);
-    let [width, height] = CharucoTarget::A4.size();
-    let middle = Vector3::new(width / 2.0, height / 2.0, 0.0);
-    RigidTransform::from_parts(Vector3::new(0.0, 0.0, distance) - rotation * middle, rotation)
-}
 
 #[test]
 fn corners_are_where_they_were_drawn_to_a_few_hundredths_of_a_pixel() {
-    let (target, camera) = (CharucoTarget::A4, camera());
+    let (target, camera) = (CharucoTarget::A4, wrist_camera());
     let detector = TargetDetector::new(&target).unwrap();
     for (turn, distance) in [([0.0, 0.0, 0.1], 0.32), ([0.5, 0.2, 0.8], 0.36), ([-0.4, 0.5, -2.0], 0.45)] {
-        let camera_from_target = pose(turn, distance);
+        let camera_from_target = target_at(&target, turn, [0.0, 0.0, distance]);
         let image = Picture::USUAL.take(&target, &camera, &camera_from_target);
         let found = detector.detect(&image).unwrap();
         let mut squares = 0.0;
@@ -65,8 +44,8 @@ fn without_a_target_it_is_said_what_is_missing() {
 
     // Another board of the same kind: its markers are in another order.
     let other = CharucoTarget::new(9, 7, 0.02, 0.012).unwrap();
-    let camera_from_target = pose([0.1, 0.0, 0.0], 0.32);
-    let image = Picture::USUAL.take(&other, &camera(), &camera_from_target);
+    let camera_from_target = target_at(&other, [0.1, 0.0, 0.0], [0.0, 0.0, 0.32]);
+    let image = Picture::USUAL.take(&other, &wrist_camera(), &camera_from_target);
     let error = detector.detect(&image).unwrap_err();
     assert!(matches!(error, NotFound::NoBoard { .. } | NotFound::FewCorners { .. }), "{error}");
 }
