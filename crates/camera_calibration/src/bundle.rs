@@ -2,7 +2,8 @@
 //!
 //! A picture's `camera_from_target` is a chain of poses, some known, some looked for. One camera: the pose itself. Two:
 //! `c2_from_c1 · c1_from_target`. Eye in hand: `camera_from_flange · flange_from_base · base_from_target`, with the middle
-//! one known. So one solver serves all calibrations.
+//! one known. So one solver serves all calibrations. Where the arm is not quite where it says, a chain has a small pose
+//! more, held near the identity by a [`Prior`].
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -10,7 +11,7 @@
 //! | `ω, v` | a pose's step: `R ← exp(ω) R`, `t ← t + v` |
 
 use geometry::RigidTransform;
-use nalgebra::{DMatrix, DVector, SMatrix, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, UnitQuaternion, Vector2, Vector3};
 
 use crate::homography::Match;
 use crate::lens::{FixedLens, LENS, LensValues};
@@ -36,6 +37,17 @@ pub(crate) struct Sighting {
     pub(crate) matches: Vec<Match>,
 }
 
+/// A pose that is near the identity.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Prior {
+    /// Of [`State::poses`].
+    pub(crate) pose: usize,
+    /// What a standard deviation of its rotation (1 / radians) and its translation (1 / metres) counts, pixels.
+    pub(crate) weights: [f64; 2],
+    /// From here on it loses weight, pixels.
+    pub(crate) scale: f64,
+}
+
 /// What is looked for, as far as it is known.
 #[derive(Debug, Clone)]
 pub(crate) struct State {
@@ -49,6 +61,7 @@ pub(crate) struct Bundle {
     pub(crate) sightings: Vec<Sighting>,
     /// For each camera.
     pub(crate) fixed: Vec<FixedLens>,
+    pub(crate) priors: Vec<Prior>,
 }
 
 /// Normal equations of a state.
@@ -123,6 +136,12 @@ fn huber(square: f64, scale: f64) -> (f64, f64) {
 }
 
 impl Bundle {
+    /// Numbers that are fitted.
+    pub(crate) fn unknowns(&self, state: &State) -> usize {
+        let fixed = self.fixed.iter().flat_map(FixedLens::mask).filter(|&fixed| fixed);
+        state.unknowns() - fixed.count()
+    }
+
     /// The robust sum of squares; infinite when a corner is behind its camera.
     pub(crate) fn cost(&self, state: &State, scale: f64) -> f64 {
         let of_sighting = |sighting: &Sighting| {
@@ -130,7 +149,9 @@ impl Bundle {
                 residuals.iter().map(|r| huber(r.norm_squared(), scale).0).sum()
             })
         };
-        self.sightings.iter().map(of_sighting).sum()
+        let of_prior = |prior: &Prior| huber(prior.misfit(state).norm_squared(), prior.limit(scale)).0;
+        let seen: f64 = self.sightings.iter().map(of_sighting).sum();
+        seen + self.priors.iter().map(of_prior).sum::<f64>()
     }
 
     pub(crate) fn normal(&self, state: &State, scale: f64) -> Normal {
@@ -143,6 +164,9 @@ impl Bundle {
         for sighting in &self.sightings {
             self.add(state, sighting, scale, &mut normal);
         }
+        for prior in &self.priors {
+            prior.add(state, scale, &mut normal);
+        }
         // What is fixed, or never seen, stays: its rows are zero but for this.
         for i in 0..size {
             if normal.matrix[(i, i)] == 0.0 {
@@ -153,7 +177,7 @@ impl Bundle {
     }
 
     /// Adds a picture's part; corners behind the camera have none (the cost tells of them).
-    pub(crate) fn add(&self, state: &State, sighting: &Sighting, scale: f64, normal: &mut Normal) {
+    fn add(&self, state: &State, sighting: &Sighting, scale: f64, normal: &mut Normal) {
         let lens = &state.lenses[sighting.camera];
         let mask = self.fixed[sighting.camera].mask();
         let chain: Vec<RigidTransform> = sighting.chain.iter().map(|link| state.transform(link)).collect();
@@ -189,6 +213,36 @@ impl Bundle {
                 by_link *= pose.rotation_matrix();
             }
             scatter(&rows, &columns, &residual, weight, normal);
+        }
+    }
+}
+
+impl Prior {
+    /// Rotation and translation, pixels.
+    fn misfit(&self, state: &State) -> SVector<f64, POSE> {
+        let pose = &state.poses[self.pose];
+        let mut misfit = SVector::<f64, POSE>::zeros();
+        let turn = pose.rotation().scaled_axis() * self.weights[0];
+        misfit.fixed_rows_mut::<3>(0).copy_from(&turn);
+        misfit.fixed_rows_mut::<3>(3).copy_from(&(pose.translation() * self.weights[1]));
+        misfit
+    }
+
+    /// While nothing loses weight, priors do not either.
+    fn limit(&self, scale: f64) -> f64 {
+        if scale.is_finite() { self.scale } else { scale }
+    }
+
+    /// Near the identity a rotation vector changes as its step does.
+    fn add(&self, state: &State, scale: f64, normal: &mut Normal) {
+        let misfit = self.misfit(state);
+        let (cost, weight) = huber(misfit.norm_squared(), self.limit(scale));
+        normal.cost += cost;
+        for i in 0..POSE {
+            let column = state.pose_column(self.pose) + i;
+            let slope = self.weights[i / 3];
+            normal.matrix[(column, column)] += weight * slope * slope;
+            normal.right[column] -= weight * slope * misfit[i];
         }
     }
 }

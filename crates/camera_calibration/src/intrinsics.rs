@@ -165,6 +165,7 @@ fn single(
     let bundle = Bundle {
         sightings: sightings.collect(),
         fixed: vec![options.fixed],
+        priors: Vec::new(),
     };
     Ok((bundle, State {
         lenses: vec![lens],

@@ -12,45 +12,37 @@ const ATTEMPTS: usize = 10;
 const STILL: f64 = 1e-10;
 /// Corners further off than so many standard deviations lose weight.
 const ROBUST_SIGMAS: f64 = 3.0;
-/// What a corner's standard deviation is at least, and at first, pixels.
-const SIGMA: [f64; 2] = [0.01, 1.0];
+/// What a corner's standard deviation is at least, pixels.
+const LEAST_SIGMA: f64 = 1e-3;
 /// Rounds in which the standard deviation is measured anew.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 2;
 
 /// Where the search ended.
 #[derive(Debug)]
 pub(crate) struct Solved {
     pub(crate) state: State,
-    /// Inverse of the normal matrix there, times the variance of a residual: the covariance of the unknowns. None when
-    /// what was seen does not determine them.
+    /// Covariance of the unknowns: the inverse of the normal matrix times the variance of a residual's component. None
+    /// when what was seen does not determine them.
     pub(crate) covariance: Option<DMatrix<f64>>,
-    /// Inverse of the normal matrix alone.
-    pub(crate) inverse: Option<DMatrix<f64>>,
-    /// From here on residuals lose weight, pixels.
-    pub(crate) scale: f64,
+    /// Standard deviation of a residual's component, pixels.
+    pub(crate) sigma: f64,
 }
 
 /// Fits with squares for what is near and lines for what is far; what is near is told from the residuals themselves.
 pub(crate) fn solve(bundle: &Bundle, start: State) -> Solved {
-    let mut state = start;
-    let mut scale = ROBUST_SIGMAS * SIGMA[1];
-    for round in 0..ROUNDS {
-        // The first round may start far off: everything counts fully.
-        let first = if round == 0 { f64::INFINITY } else { scale };
-        state = descend(bundle, state, first);
-        scale = ROBUST_SIGMAS * sigma(bundle, &state);
+    // At first, far off, everything counts fully.
+    let mut state = descend(bundle, start, f64::INFINITY);
+    for _ in 0..ROUNDS {
+        let scale = ROBUST_SIGMAS * sigma(bundle, &state);
+        state = descend(bundle, state, scale);
     }
-    let normal = bundle.normal(&state, scale);
-    let inverse = inverse(&normal.matrix);
-    let residuals = 2 * bundle.sightings.iter().map(|sighting| sighting.matches.len()).sum::<usize>();
-    let fixed: usize = bundle.fixed.iter().map(|fixed| fixed.mask().iter().filter(|&&fixed| fixed).count()).sum();
-    let free = residuals.saturating_sub(state.unknowns() - fixed).max(1);
-    let covariance = inverse.as_ref().map(|inverse| inverse * (normal.cost / free as f64));
+    let sigma = sigma(bundle, &state);
+    let normal = bundle.normal(&state, ROBUST_SIGMAS * sigma);
+    let covariance = inverse(&normal.matrix).map(|inverse| inverse * (sigma * sigma));
     Solved {
         state,
         covariance,
-        inverse,
-        scale,
+        sigma,
     }
 }
 
@@ -92,19 +84,16 @@ fn step(bundle: &Bundle, state: &State, cost: f64, scale: f64, damping: &mut f64
     None
 }
 
-/// Standard deviation of a residual's component, from the median length, pixels.
+/// Standard deviation of a residual's component, from the median length, pixels; unknowns take up a part of what there is.
 fn sigma(bundle: &Bundle, state: &State) -> f64 {
-    let mut lengths: Vec<f64> = bundle
-        .sightings
-        .iter()
-        .filter_map(|sighting| state.residuals(sighting))
-        .flatten()
-        .map(|residual| residual.norm())
-        .collect();
+    let residuals = bundle.sightings.iter().filter_map(|sighting| state.residuals(sighting));
+    let mut lengths: Vec<f64> = residuals.flatten().map(|residual| residual.norm()).collect();
     lengths.sort_by(f64::total_cmp);
-    let median = lengths.get(lengths.len() / 2).copied().unwrap_or(SIGMA[1]);
+    let median = lengths.get(lengths.len() / 2).copied().unwrap_or(LEAST_SIGMA);
+    let given = 2.0 * lengths.len() as f64;
+    let free = (given - bundle.unknowns(state) as f64).max(1.0);
     // The median length of two normal components is 1.177 of their standard deviation.
-    (median / 1.177).max(SIGMA[0])
+    (median / 1.177 * (given / free).sqrt()).max(LEAST_SIGMA)
 }
 
 /// Unknowns of very different sizes are scaled before, so that the test for what is undetermined is fair.

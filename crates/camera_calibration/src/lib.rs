@@ -45,6 +45,7 @@ mod intrinsics;
 mod lens;
 mod levenberg;
 mod mean;
+mod saddle;
 mod stereo;
 mod target;
 mod views;

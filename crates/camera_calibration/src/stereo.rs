@@ -60,6 +60,7 @@ pub fn calibrate_cameras(
     let bundle = Bundle {
         sightings: rig.sightings,
         fixed: options.iter().map(|options| options.fixed).collect(),
+        priors: Vec::new(),
     };
     let solved = solve(&bundle, rig.start);
     let covariance = solved.covariance.ok_or(CameraCalibrationError::Undetermined {

@@ -1,15 +1,14 @@
 //! What both kinds of hand-eye calibration share.
 
 use geometry::{PinholeCamera, RigidTransform};
-use nalgebra::{DMatrix, DVector};
 
+use super::HandEyeView;
+use super::arm_slack::Slack;
 use super::closed_form::{Station, second_turn};
-use super::{HandEyeView, metres_per_pixel};
-use crate::bundle::{Bundle, Normal, POSE, Sighting, State};
+use crate::bundle::Bundle;
 use crate::error::CameraCalibrationError;
 use crate::homography::Match;
 use crate::intrinsics::{LEAST_VIEWS, first_pose, view_rms};
-use crate::lens::LensValues;
 use crate::levenberg::Solved;
 use crate::target::CharucoTarget;
 use crate::views::{self, TargetView, ViewReport};
@@ -93,43 +92,33 @@ pub(super) fn require_turns(stations: &[Station]) -> Result<f64, CameraCalibrati
     })
 }
 
-/// Covariance of the unknowns when all corners of an image may be off together, because the arm was not where it said:
-/// images, not corners, are what is independent (the "sandwich" estimator with clusters; Cameron and Miller 2015, "A
-/// practitioner's guide to cluster-robust inference", equation 11).
-pub(super) fn covariance(bundle: &Bundle, solved: &Solved) -> Option<DMatrix<f64>> {
-    let inverse = solved.inverse.as_ref()?;
-    let size = inverse.nrows();
-    let mut spread = DMatrix::zeros(size, size);
-    for sighting in &bundle.sightings {
-        let mut own = Normal {
-            matrix: DMatrix::zeros(size, size),
-            right: DVector::zeros(size),
-            cost: 0.0,
-        };
-        bundle.add(&solved.state, sighting, solved.scale, &mut own);
-        spread += &own.right * own.right.transpose();
-    }
-    // An image gives six numbers.
-    let given = (POSE * bundle.sightings.len()) as f64;
-    let sought = (POSE * solved.state.poses.len()) as f64;
-    let correction = if given > sought { given / (given - sought) } else { return None };
-    Some(inverse * spread * inverse * correction)
+/// Root mean square distances.
+pub(super) struct Misfit {
+    /// On the target when the arm is where it says, metres.
+    pub(super) on_target: f64,
+    /// In the image when it may be a little off, pixels.
+    pub(super) image_px: f64,
 }
 
-/// Fills in where the target was in each sighting's view; gives the root mean square distance on the target, metres.
-pub(super) fn fill<'a>(
-    state: &State,
-    sightings: impl Iterator<Item = (&'a Sighting, &'a mut ViewReport, &'a PinholeCamera)>,
-) -> f64 {
-    let (mut squares, mut corners) = (0.0, 0);
-    for (sighting, report, camera) in sightings {
-        let pose = state.camera_from_target(sighting);
-        let rms_px = view_rms(&LensValues::of(camera), &pose, &sighting.matches);
-        report.rms_px = rms_px;
+/// Fills in where the target was in each used view.
+pub(super) fn fill(bundle: &Bundle, solved: &Solved, slack: &Slack, reports: &mut [ViewReport]) -> Misfit {
+    let plain = slack.taken_out(&solved.state);
+    let used = reports.iter_mut().filter(|report| report.left_out.is_none());
+    let (mut on_target, mut in_image, mut corners) = (0.0, 0.0, 0.0);
+    for (sighting, report) in bundle.sightings.iter().zip(used) {
+        let lens = &plain.lenses[sighting.camera];
+        let pose = plain.camera_from_target(sighting);
+        report.rms_px = view_rms(lens, &pose, &sighting.matches);
         report.camera_from_target = Some(pose);
-        let count = sighting.matches.len();
-        squares += (rms_px * metres_per_pixel(camera, &pose)).powi(2) * count as f64;
+        let count = sighting.matches.len() as f64;
+        let metres_per_pixel = pose.translation().z / lens.0[0];
+        on_target += count * (report.rms_px * metres_per_pixel).powi(2);
+        let image = view_rms(lens, &solved.state.camera_from_target(sighting), &sighting.matches);
+        in_image += count * image.powi(2);
         corners += count;
     }
-    (squares / corners.max(1) as f64).sqrt()
+    Misfit {
+        on_target: (on_target / corners).sqrt(),
+        image_px: (in_image / corners).sqrt(),
+    }
 }

@@ -2,6 +2,7 @@
 
 use geometry::{PinholeCamera, RigidTransform};
 
+use super::arm_slack::Slack;
 use super::closed_form::{Station, park_martin};
 use super::fit::{self, Used};
 use super::{HandEyeReport, HandEyeThresholds, HandEyeView};
@@ -11,7 +12,6 @@ use crate::error::CameraCalibrationError;
 use crate::homography::Match;
 use crate::intrinsics::first_pose;
 use crate::lens::{FixedLens, LensValues};
-use crate::levenberg::solve;
 use crate::mean::mean_pose;
 use crate::stereo::Placed;
 use crate::target::CharucoTarget;
@@ -79,51 +79,51 @@ pub fn calibrate_eye_in_hand(
     let mut poses = vec![flange_from_camera.inverse()];
     poses.extend(&starts);
     let mut lenses = vec![LensValues::of(camera)];
-    let mut sightings: Vec<Sighting> = used.iter().map(|used| sighting(used, views, &placements)).collect();
+    let scene_pose = poses.len();
     if let Some(scene) = scene {
         let from_base = onlookers.iter().map(|seen| seen.camera_from_target * starts[seen.place].inverse());
-        let scene_pose = poses.len();
         poses.push(mean_pose(&from_base.collect::<Vec<_>>()).ok_or_else(undetermined)?);
         lenses.push(LensValues::of(scene.camera));
-        sightings.extend(onlookers.iter().map(|seen| Sighting {
-            camera: 1,
-            chain: vec![Link::Sought(scene_pose), Link::Sought(1 + seen.place)],
-            matches: seen.matches.clone(),
-        }));
     }
-    let bundle = Bundle {
+    let slack = Slack::new(&mut poses, used.len());
+    let arm = used.iter().enumerate();
+    let mut sightings: Vec<Sighting> = arm
+        .map(|(stand, used)| sighting(used, views, &placements, slack.link(stand)))
+        .collect();
+    sightings.extend(onlookers.iter().map(|seen| Sighting {
+        camera: 1,
+        chain: vec![Link::Sought(scene_pose), Link::Sought(1 + seen.place)],
+        matches: seen.matches.clone(),
+    }));
+    let mut bundle = Bundle {
         fixed: vec![FixedLens::ALL; lenses.len()],
         sightings,
+        priors: Vec::new(),
     };
-    let solved = solve(&bundle, State { lenses, poses });
-    let covariance = fit::covariance(&bundle, &solved).ok_or_else(undetermined)?;
+    let solved = slack.solve(&mut bundle, State { lenses, poses });
+    let covariance = solved.covariance.as_ref().ok_or_else(undetermined)?;
     let state = &solved.state;
     let inverse = |pose: usize, views: usize| Placed {
         pose: state.poses[pose].inverse(),
-        deviations: inverse_deviations(&covariance, state.pose_column(pose), &state.poses[pose].translation()),
+        deviations: inverse_deviations(covariance, state.pose_column(pose), &state.poses[pose].translation()),
         views,
     };
     let place = |(place, &number): (usize, &usize)| {
         let seen = used.iter().filter(|used| views[used.index].placement == number).count();
         let placed = Placed {
             pose: state.poses[1 + place],
-            deviations: pose_deviations(&covariance, state.pose_column(1 + place)),
+            deviations: pose_deviations(covariance, state.pose_column(1 + place)),
             views: seen,
         };
         (number, placed)
     };
-    let own = reports.iter_mut().filter(|report| report.left_out.is_none());
-    let filled = bundle.sightings.iter().zip(own).map(|(sighting, report)| {
-        let lens = scene.filter(|_| sighting.camera == 1).map_or(camera, |scene| scene.camera);
-        (sighting, report, lens)
-    });
-    let rms = fit::fill(state, filled);
+    let misfit = fit::fill(&bundle, &solved, &slack, &mut reports);
     let main = inverse(0, used.len());
     Ok(EyeInHand {
-        report: HandEyeReport::new(reports, rms, turn, &main, thresholds),
+        report: HandEyeReport::new(reports, &misfit, turn, &main, thresholds),
         flange_from_camera: main,
         placements: placements.numbers.iter().enumerate().map(place).collect(),
-        scene: scene.map(|_| inverse(1 + starts.len(), onlookers.len())),
+        scene: scene.map(|_| inverse(scene_pose, onlookers.len())),
     })
 }
 
@@ -136,13 +136,14 @@ fn station(used: &Used, views: &[HandEyeView]) -> Station {
     }
 }
 
-fn sighting(used: &Used, views: &[HandEyeView], placements: &Placements) -> Sighting {
+fn sighting(used: &Used, views: &[HandEyeView], placements: &Placements, slack: Link) -> Sighting {
     let view = &views[used.index];
     let place = placements.position(view.placement).unwrap_or(0);
     Sighting {
         camera: 0,
         chain: vec![
             Link::Sought(0),
+            slack,
             Link::Known(view.base_from_flange.inverse()),
             Link::Sought(1 + place),
         ],

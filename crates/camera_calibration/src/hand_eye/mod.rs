@@ -1,13 +1,15 @@
 //! Where a camera is on the arm, or over the table, from pictures of the target and the arm's poses.
 //!
-//! A closed form gives a start, then the distances of all corners in all images are made smallest. The lens is known.
+//! A closed form gives a start, then the distances of all corners in all images are made smallest, with an arm that is a
+//! little off at every stand. The lens is known.
 
+mod arm_slack;
 mod closed_form;
 mod fit;
 mod in_hand;
 mod to_hand;
 
-use geometry::{PinholeCamera, RigidTransform};
+use geometry::RigidTransform;
 
 use crate::checks::Shortfall;
 use crate::detect::DetectedCorner;
@@ -59,10 +61,12 @@ impl Default for HandEyeThresholds {
 pub struct HandEyeReport {
     /// All views, in their order, those of a scene camera last.
     pub views: Vec<ViewReport>,
-    /// Root mean square distance over all used corners, pixels.
+    /// Root mean square distance of all used corners from where they fall when the arm is where it says, pixels.
     pub rms_px: f64,
     /// The same on the target, metres.
     pub rms: f64,
+    /// The same when the arm may be a little off at every stand, pixels: what the images alone are off.
+    pub image_rms_px: f64,
     /// Turn of the flange about its second axis, radians.
     pub turn: f64,
     /// Why it may not be used; empty when it may.
@@ -75,11 +79,18 @@ impl HandEyeReport {
         views::worst(&self.views)
     }
 
-    fn new(views: Vec<ViewReport>, rms: f64, turn: f64, main: &Placed, thresholds: &HandEyeThresholds) -> Self {
+    fn new(
+        views: Vec<ViewReport>,
+        misfit: &fit::Misfit,
+        turn: f64,
+        main: &Placed,
+        thresholds: &HandEyeThresholds,
+    ) -> Self {
         let mut report = Self {
             rms_px: views::rms(&views),
             views,
-            rms,
+            rms: misfit.on_target,
+            image_rms_px: misfit.image_px,
             turn,
             shortfalls: Vec::new(),
         };
@@ -117,10 +128,4 @@ impl HandEyeReport {
             });
         }
     }
-}
-
-/// Metres on the target that a pixel is.
-fn metres_per_pixel(camera: &PinholeCamera, camera_from_target: &RigidTransform) -> f64 {
-    let [fx, fy] = camera.focal();
-    camera_from_target.translation().z / (fx * fy).sqrt()
 }

@@ -2,13 +2,13 @@
 
 use geometry::PinholeCamera;
 
+use super::arm_slack::Slack;
 use super::closed_form::{Station, park_martin};
 use super::fit::{self, Used};
 use super::{HandEyeReport, HandEyeThresholds, HandEyeView};
 use crate::bundle::{Bundle, Link, Sighting, State, inverse_deviations, pose_deviations};
 use crate::error::CameraCalibrationError;
 use crate::lens::{FixedLens, LensValues};
-use crate::levenberg::solve;
 use crate::mean::mean_pose;
 use crate::stereo::Placed;
 use crate::target::CharucoTarget;
@@ -46,31 +46,40 @@ pub fn calibrate_eye_to_hand(
         flange_from_base * base_from_camera * used.camera_from_target
     });
     let flange_from_target = mean_pose(&on_flange.collect::<Vec<_>>()).ok_or_else(undetermined)?;
-    let bundle = Bundle {
-        sightings: used.iter().map(|used| sighting(used, views)).collect(),
-        fixed: vec![FixedLens::ALL],
+    let mut poses = vec![base_from_camera.inverse(), flange_from_target];
+    let slack = Slack::new(&mut poses, used.len());
+    let sighting = |(stand, used): (usize, &Used)| Sighting {
+        camera: 0,
+        chain: vec![
+            Link::Sought(0),
+            Link::Known(views[used.index].base_from_flange),
+            slack.link(stand),
+            Link::Sought(1),
+        ],
+        matches: used.matches.clone(),
     };
-    let solved = solve(&bundle, State {
-        lenses: vec![LensValues::of(camera)],
-        poses: vec![base_from_camera.inverse(), flange_from_target],
-    });
-    let covariance = fit::covariance(&bundle, &solved).ok_or_else(undetermined)?;
+    let mut bundle = Bundle {
+        sightings: used.iter().enumerate().map(sighting).collect(),
+        fixed: vec![FixedLens::ALL],
+        priors: Vec::new(),
+    };
+    let lenses = vec![LensValues::of(camera)];
+    let solved = slack.solve(&mut bundle, State { lenses, poses });
+    let covariance = solved.covariance.as_ref().ok_or_else(undetermined)?;
     let state = &solved.state;
     let count = used.len();
     let base_from_camera = Placed {
         pose: state.poses[0].inverse(),
-        deviations: inverse_deviations(&covariance, state.pose_column(0), &state.poses[0].translation()),
+        deviations: inverse_deviations(covariance, state.pose_column(0), &state.poses[0].translation()),
         views: count,
     };
-    let own = reports.iter_mut().filter(|report| report.left_out.is_none());
-    let filled = bundle.sightings.iter().zip(own).map(|(sighting, report)| (sighting, report, camera));
-    let rms = fit::fill(state, filled);
+    let misfit = fit::fill(&bundle, &solved, &slack, &mut reports);
     Ok(EyeToHand {
-        report: HandEyeReport::new(reports, rms, turn, &base_from_camera, thresholds),
+        report: HandEyeReport::new(reports, &misfit, turn, &base_from_camera, thresholds),
         base_from_camera,
         flange_from_target: Placed {
             pose: state.poses[1],
-            deviations: pose_deviations(&covariance, state.pose_column(1)),
+            deviations: pose_deviations(covariance, state.pose_column(1)),
             views: count,
         },
     })
@@ -82,17 +91,5 @@ fn station(used: &Used, views: &[HandEyeView]) -> Station {
         arm: views[used.index].base_from_flange.inverse(),
         eye: used.camera_from_target.inverse(),
         group: 0,
-    }
-}
-
-fn sighting(used: &Used, views: &[HandEyeView]) -> Sighting {
-    Sighting {
-        camera: 0,
-        chain: vec![
-            Link::Sought(0),
-            Link::Known(views[used.index].base_from_flange),
-            Link::Sought(1),
-        ],
-        matches: used.matches.clone(),
     }
 }

@@ -1,12 +1,10 @@
 //! Lenses from views of a target, against the lens that made them.
 
-mod common;
-
 use camera_calibration::{
     CameraCalibrationError, CameraOptions, CameraViews, CharucoTarget, FixedLens, Shortfall, TargetDetector, TargetView,
     calibrate_camera, calibrate_cameras,
 };
-use common::{Picture, apart, corners, held_targets, target_at, wrist_camera};
+use crate::rendering::{Picture, apart, corners, held_targets, target_at, wrist_camera};
 use geometry::{PinholeCamera, PlumbBob, RigidTransform};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;

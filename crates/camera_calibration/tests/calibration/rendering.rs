@@ -12,22 +12,22 @@ const SHADES: [f64; 3] = [0.06, 0.75, 0.3];
 
 /// How a picture is taken.
 #[derive(Clone, Copy)]
-pub struct Picture {
+pub(crate) struct Picture {
     /// Standard deviation of the lens' blur, pixels.
-    pub blur: f64,
+    pub(crate) blur: f64,
     /// Standard deviation of the noise, of full scale.
-    pub noise: f64,
-    pub seed: u64,
+    pub(crate) noise: f64,
+    pub(crate) seed: u64,
 }
 
 impl Picture {
-    pub const USUAL: Self = Self {
+    pub(crate) const USUAL: Self = Self {
         blur: 0.7,
         noise: 0.01,
         seed: 1,
     };
 
-    pub fn take(&self, target: &CharucoTarget, camera: &PinholeCamera, camera_from_target: &RigidTransform) -> Image<u16> {
+    pub(crate) fn take(&self, target: &CharucoTarget, camera: &PinholeCamera, camera_from_target: &RigidTransform) -> Image<u16> {
         let (width, height) = (camera.width(), camera.height());
         let sharp = sharp(target, camera, camera_from_target);
         let soft = blurred(&sharp, width, height, self.blur);
@@ -41,7 +41,7 @@ impl Picture {
 }
 
 /// A normally distributed number (Box and Muller).
-pub fn normal(random: &mut fastrand::Rng) -> f64 {
+pub(crate) fn normal(random: &mut fastrand::Rng) -> f64 {
     (-2.0 * (1.0 - random.f64()).ln()).sqrt() * (std::f64::consts::TAU * random.f64()).cos()
 }
 
@@ -118,7 +118,7 @@ fn blurred(pixels: &[f64], width: usize, height: usize, sigma: f64) -> Vec<f64> 
 }
 
 /// The cell's camera on the wrist at half resolution, behind a lens that bends.
-pub fn wrist_camera() -> PinholeCamera {
+pub(crate) fn wrist_camera() -> PinholeCamera {
     let lens = PlumbBob {
         k1: -0.12,
         k2: 0.08,
@@ -131,7 +131,7 @@ pub fn wrist_camera() -> PinholeCamera {
 }
 
 /// The target turned, its middle at a place before the camera.
-pub fn target_at(target: &CharucoTarget, turn: [f64; 3], middle: [f64; 3]) -> RigidTransform {
+pub(crate) fn target_at(target: &CharucoTarget, turn: [f64; 3], middle: [f64; 3]) -> RigidTransform {
     let rotation = UnitQuaternion::from_scaled_axis(turn.into());
     let [width, height] = target.size();
     let own = Vector3::new(width / 2.0, height / 2.0, 0.0);
@@ -139,7 +139,7 @@ pub fn target_at(target: &CharucoTarget, turn: [f64; 3], middle: [f64; 3]) -> Ri
 }
 
 /// Targets as a person would hold them: near and far, in all parts of the image, tilted up to 35 degrees.
-pub fn held_targets(target: &CharucoTarget, count: usize, seed: u64) -> Vec<RigidTransform> {
+pub(crate) fn held_targets(target: &CharucoTarget, count: usize, seed: u64) -> Vec<RigidTransform> {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut around = move |size: f64| size * (2.0 * random.f64() - 1.0);
     let pose = |index: usize| {
@@ -152,7 +152,7 @@ pub fn held_targets(target: &CharucoTarget, count: usize, seed: u64) -> Vec<Rigi
 }
 
 /// Where a perfect detector that is off by `noise` pixels finds the corners that are in the image.
-pub fn corners(
+pub(crate) fn corners(
     target: &CharucoTarget,
     camera: &PinholeCamera,
     camera_from_target: &RigidTransform,
@@ -170,6 +170,6 @@ pub fn corners(
 }
 
 /// Distance (metres) and angle (radians) between two poses.
-pub fn apart(a: &RigidTransform, b: &RigidTransform) -> [f64; 2] {
+pub(crate) fn apart(a: &RigidTransform, b: &RigidTransform) -> [f64; 2] {
     [(a.translation() - b.translation()).norm(), a.rotation().angle_to(&b.rotation())]
 }

@@ -1,9 +1,7 @@
 //! Targets in rendered pictures, against where they truly are.
 
-mod common;
-
 use camera_calibration::{CharucoTarget, NotFound, TargetDetector};
-use common::{Picture, target_at, wrist_camera};
+use crate::rendering::{Picture, target_at, wrist_camera};
 use imaging::Image;
 
 #[test]

@@ -1,0 +1,6 @@
+//! Calibrations against cameras, targets and arms that are known.
+
+mod detect;
+mod hand_eye;
+mod intrinsics;
+mod rendering;
