@@ -1,7 +1,8 @@
 //! Targets in rendered pictures, against where they truly are.
 
 use camera_calibration::{CharucoTarget, NotFound, TargetDetector};
-use crate::rendering::{Picture, target_at, wrist_camera};
+use crate::rendering::{Picture, target_at};
+use crate::scenes::wrist_camera;
 use imaging::Image;
 
 #[test]

@@ -8,7 +8,8 @@ use geometry::{PinholeCamera, RigidTransform};
 use kinematics::{Chain, IkOptions};
 use nalgebra::{SVector, UnitQuaternion, Vector3};
 
-use crate::rendering::{apart, corners, normal, target_at, wrist_camera};
+use crate::rendering::{normal, target_at};
+use crate::scenes::{apart, corners, wrist_camera};
 
 const TARGET: CharucoTarget = CharucoTarget::A4;
 /// Standard deviation of a corner, pixels.

@@ -4,7 +4,8 @@ use camera_calibration::{
     CameraCalibrationError, CameraOptions, CameraViews, CharucoTarget, FixedLens, Shortfall, TargetDetector, TargetView,
     calibrate_camera, calibrate_cameras,
 };
-use crate::rendering::{Picture, apart, corners, held_targets, target_at, wrist_camera};
+use crate::rendering::{Picture, target_at};
+use crate::scenes::{apart, corners, held_targets, wrist_camera};
 use geometry::{PinholeCamera, PlumbBob, RigidTransform};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;

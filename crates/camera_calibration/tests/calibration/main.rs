@@ -4,3 +4,4 @@ mod detect;
 mod hand_eye;
 mod intrinsics;
 mod rendering;
+mod scenes;
