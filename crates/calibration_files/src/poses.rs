@@ -178,11 +178,27 @@ mod tests {
 
     #[test]
     fn a_wrong_file_is_refused_with_its_place() {
-        let said = |from: &str, to: &str| CameraPosesFile::from_text(&text().replace(from, to)).unwrap_err().to_string();
+        let said = |from: &str, to: &str| {
+            CameraPosesFile::from_text(&text().replace(from, to))
+                .unwrap_err()
+                .to_string()
+        };
         assert!(said("version: 1", "version: 7").contains("version 7 of the format"));
         assert!(said("camera: c1", "kamera: c1").contains("not a file of cameras"));
-        assert!(said("- 0.8", "- 0.1").starts_with("camera c1: "), "{}", said("- 0.8", "- 0.1"));
-        let doubled = text().replace("cameras:\n", "cameras:\n- {camera: c1, parent_frame_id: a, frame_id: b, pose: [0, 0, 0, 0, 0, 0, 1]}\n");
-        assert!(CameraPosesFile::from_text(&doubled).unwrap_err().to_string().contains("camera c1 is there twice"));
+        assert!(
+            said("- 0.8", "- 0.1").starts_with("camera c1: "),
+            "{}",
+            said("- 0.8", "- 0.1")
+        );
+        let doubled = text().replace(
+            "cameras:\n",
+            "cameras:\n- {camera: c1, parent_frame_id: a, frame_id: b, pose: [0, 0, 0, 0, 0, 0, 1]}\n",
+        );
+        assert!(
+            CameraPosesFile::from_text(&doubled)
+                .unwrap_err()
+                .to_string()
+                .contains("camera c1 is there twice")
+        );
     }
 }

@@ -224,7 +224,9 @@ impl Prior {
         let mut misfit = SVector::<f64, POSE>::zeros();
         let turn = pose.rotation().scaled_axis() * self.weights[0];
         misfit.fixed_rows_mut::<3>(0).copy_from(&turn);
-        misfit.fixed_rows_mut::<3>(3).copy_from(&(pose.translation() * self.weights[1]));
+        misfit
+            .fixed_rows_mut::<3>(3)
+            .copy_from(&(pose.translation() * self.weights[1]));
         misfit
     }
 
@@ -278,7 +280,9 @@ pub(crate) fn pose_deviations(covariance: &DMatrix<f64>, column: usize) -> [f64;
 pub(crate) fn inverse_deviations(covariance: &DMatrix<f64>, column: usize, translation: &Vector3<f64>) -> [f64; 2] {
     let own = covariance.fixed_view::<POSE, POSE>(column, column);
     let mut by_step = SMatrix::<f64, 3, POSE>::zeros();
-    by_step.fixed_view_mut::<3, 3>(0, 0).copy_from(&translation.cross_matrix());
+    by_step
+        .fixed_view_mut::<3, 3>(0, 0)
+        .copy_from(&translation.cross_matrix());
     by_step.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
     let moved = (by_step * own * by_step.transpose()).trace();
     [pose_deviations(covariance, column)[0], moved.max(0.0).sqrt()]

@@ -108,7 +108,9 @@ pub enum Shortfall {
         needed: f64,
     },
     /// The pose found is not certain.
-    #[error("the pose is known to {found:.2} mm, allowed are {allowed} mm: take more views, turned further from each other")]
+    #[error(
+        "the pose is known to {found:.2} mm, allowed are {allowed} mm: take more views, turned further from each other"
+    )]
     Pose {
         /// Standard deviation, millimetres.
         found: f64,

@@ -130,8 +130,20 @@ mod tests {
     #[test]
     fn where_there_is_no_corner_none_is_found() {
         let corner = corner_image([20.0, 20.0], [0.3, 1.7], 1.0);
-        assert_eq!(refine_corner(&corner, &Point2::new(4.0, 20.0), 6.0), None, "at the border");
-        assert_eq!(refine_corner(&corner, &Point2::new(29.0, 23.0), 5.0), None, "on an edge");
-        assert_eq!(refine_corner(&Image::filled(40, 40, 9), &Point2::new(20.0, 20.0), 5.0), None, "on nothing");
+        assert_eq!(
+            refine_corner(&corner, &Point2::new(4.0, 20.0), 6.0),
+            None,
+            "at the border"
+        );
+        assert_eq!(
+            refine_corner(&corner, &Point2::new(29.0, 23.0), 5.0),
+            None,
+            "on an edge"
+        );
+        assert_eq!(
+            refine_corner(&Image::filled(40, 40, 9), &Point2::new(20.0, 20.0), 5.0),
+            None,
+            "on nothing"
+        );
     }
 }

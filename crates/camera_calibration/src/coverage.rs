@@ -68,7 +68,10 @@ mod tests {
         let part = Coverage::of(grid.filter(|pixel| pixel.x > 240.0 || pixel.y < 210.0), [600, 400]);
         assert_eq!(part.emptiest(), Some("lower left"));
         assert!(part.share() > 0.7 && part.share() < 0.9, "{}", part.share());
-        let none = Coverage::of([Point2::new(-3.0, 7.0), Point2::new(f64::NAN, 7.0)].into_iter(), [600, 400]);
+        let none = Coverage::of(
+            [Point2::new(-3.0, 7.0), Point2::new(f64::NAN, 7.0)].into_iter(),
+            [600, 400],
+        );
         assert_eq!(none.share(), 0.0);
     }
 }

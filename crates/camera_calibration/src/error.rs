@@ -22,7 +22,10 @@ pub enum CameraCalibrationError {
         reason: String,
     },
     /// Too few views that differ.
-    #[error("{camera}: {found} views can be used, needed are {needed} at least{}", reasons(left_out))]
+    #[error(
+        "{camera}: {found} views can be used, needed are {needed} at least{}",
+        reasons(left_out)
+    )]
     FewViews {
         /// Whose.
         camera: String,

@@ -12,7 +12,17 @@ fn normaliser(points: impl Iterator<Item = Point2<f64>> + Clone) -> Option<Matri
     let centre = points.clone().map(|point| point.coords).sum::<nalgebra::Vector2<f64>>() / count;
     let mean = points.map(|point| (point.coords - centre).norm()).sum::<f64>() / count;
     let scale = std::f64::consts::SQRT_2 / mean;
-    let matrix = Matrix3::new(scale, 0.0, -scale * centre.x, 0.0, scale, -scale * centre.y, 0.0, 0.0, 1.0);
+    let matrix = Matrix3::new(
+        scale,
+        0.0,
+        -scale * centre.x,
+        0.0,
+        scale,
+        -scale * centre.y,
+        0.0,
+        0.0,
+        1.0,
+    );
     scale.is_finite().then_some(matrix)
 }
 

@@ -98,7 +98,9 @@ pub(crate) fn prepare(target: &CharucoTarget, seen: &CameraViews) -> Result<Prep
     for (index, view) in seen.views.iter().enumerate() {
         let matches = views::matches(target, &view.corners);
         let before = prepared.used.iter().map(|&used| &seen.views[used]);
-        let same = before.into_iter().find(|other| views::are_same(&view.corners, &other.corners));
+        let same = before
+            .into_iter()
+            .find(|other| views::are_same(&view.corners, &other.corners));
         let reason = if let Some(other) = same {
             format!("the target is where it was in {}", other.name)
         } else if homography(&matches).is_none() {
@@ -135,7 +137,11 @@ fn single(
     prepared: &Prepared,
     options: &CameraOptions,
 ) -> Result<(Bundle, State), CameraCalibrationError> {
-    let homographies: Vec<_> = prepared.matches.iter().filter_map(|matches| homography(matches)).collect();
+    let homographies: Vec<_> = prepared
+        .matches
+        .iter()
+        .filter_map(|matches| homography(matches))
+        .collect();
     let lens = match options.start {
         Some(camera) => LensValues::of(&camera),
         None => {
@@ -145,7 +151,11 @@ fn single(
                 views: prepared.used.len(),
             })?;
             let middle = seen.size.map(|side| 0.5 * (side as f64 - 1.0));
-            let [cx, cy] = if options.fixed.principal { middle } else { [cx, cy] };
+            let [cx, cy] = if options.fixed.has_principal() {
+                middle
+            } else {
+                [cx, cy]
+            };
             LensValues([fx, fy, cx, cy, 0.0, 0.0, 0.0, 0.0, 0.0])
         }
     };
@@ -167,10 +177,13 @@ fn single(
         fixed: vec![options.fixed],
         priors: Vec::new(),
     };
-    Ok((bundle, State {
-        lenses: vec![lens],
-        poses,
-    }))
+    Ok((
+        bundle,
+        State {
+            lenses: vec![lens],
+            poses,
+        },
+    ))
 }
 
 /// `camera_from_target` without refinement; none when the view does not tell.
@@ -192,7 +205,10 @@ fn parallel(seen: &CameraViews, state: &State) -> CameraCalibrationError {
 /// The largest angle between two targets' normals.
 pub(crate) fn tilt(poses: &[RigidTransform]) -> f64 {
     let normals: Vec<Vector3<f64>> = poses.iter().map(|pose| pose.rotation() * Vector3::z()).collect();
-    let pairs = normals.iter().enumerate().flat_map(|(i, a)| normals[..i].iter().map(move |b| a.angle(b)));
+    let pairs = normals
+        .iter()
+        .enumerate()
+        .flat_map(|(i, a)| normals[..i].iter().map(move |b| a.angle(b)));
     pairs.fold(0.0, f64::max)
 }
 
@@ -212,7 +228,13 @@ pub(crate) fn report(
         reports[index].rms_px = view_rms(lens, pose, matches);
     }
     let mask = options.fixed.mask();
-    let deviation = |i: usize| if mask[i] { 0.0 } else { covariance[(i, i)].max(0.0).sqrt() };
+    let deviation = |i: usize| {
+        if mask[i] {
+            0.0
+        } else {
+            covariance[(i, i)].max(0.0).sqrt()
+        }
+    };
     let pixels = prepared.matches.iter().flatten().map(|(_, pixel)| *pixel);
     let mut calibration = CameraCalibration {
         name: seen.camera.clone(),
@@ -231,7 +253,9 @@ pub(crate) fn report(
 pub(crate) fn view_rms(lens: &LensValues, camera_from_target: &RigidTransform, matches: &[Match]) -> f64 {
     let square = |(point, pixel): &Match| {
         let projected = lens.project(&camera_from_target.transform_point(point).coords);
-        projected.map_or(f64::INFINITY, |projected| (projected.pixel - pixel.coords).norm_squared())
+        projected.map_or(f64::INFINITY, |projected| {
+            (projected.pixel - pixel.coords).norm_squared()
+        })
     };
     (matches.iter().map(square).sum::<f64>() / matches.len().max(1) as f64).sqrt()
 }
@@ -267,12 +291,15 @@ fn shortfalls(calibration: &CameraCalibration, used: usize, thresholds: &Thresho
             allowed: 100.0 * thresholds.focal_share,
         });
     }
-    // A NaN must fail too, hence the negation.
-    if !(calibration.rms_px <= thresholds.rms_px) {
+    // A NaN must fail too, hence the form.
+    let fits = calibration.rms_px <= thresholds.rms_px;
+    if !fits {
         found.push(Shortfall::Residual {
             found: calibration.rms_px,
             allowed: thresholds.rms_px,
-            worst: calibration.worst_view().map_or_else(String::new, |view| view.name.clone()),
+            worst: calibration
+                .worst_view()
+                .map_or_else(String::new, |view| view.name.clone()),
         });
     }
     found

@@ -6,64 +6,65 @@ use nalgebra::{Matrix2x3, SMatrix, Vector2, Vector3};
 /// Numbers of a camera.
 pub(crate) const LENS: usize = 9;
 
-/// Which of a camera's numbers are not fitted; what is fixed keeps what it starts with.
+/// Numbers of a camera that are fitted or fixed together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LensPart {
+    /// fx and fy.
+    Focal,
+    /// cx and cy.
+    Principal,
+    /// k1.
+    K1,
+    /// k2.
+    K2,
+    /// p1 and p2.
+    Tangential,
+    /// k3: only wide angles need it, and others do not determine it.
+    K3,
+}
+
+/// Which of a camera's numbers are not fitted: they keep what they start with. Without a start that is the image's middle
+/// for cx and cy, and no distortion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FixedLens {
-    /// fx and fy.
-    pub focal: bool,
-    /// cx and cy: in the image's middle, unless a start is given.
-    pub principal: bool,
-    /// k1.
-    pub k1: bool,
-    /// k2.
-    pub k2: bool,
-    /// p1 and p2.
-    pub tangential: bool,
-    /// k3: only wide angles need it, and others do not determine it.
-    pub k3: bool,
+    mask: [bool; LENS],
 }
 
 impl Default for FixedLens {
     /// All but k3 are fitted.
     fn default() -> Self {
-        Self {
-            k3: true,
-            ..Self::NOTHING
-        }
+        Self::of(&[LensPart::K3])
     }
 }
 
 impl FixedLens {
-    /// Everything is fitted.
-    pub const NOTHING: Self = Self {
-        focal: false,
-        principal: false,
-        k1: false,
-        k2: false,
-        tangential: false,
-        k3: false,
-    };
     /// Nothing is fitted: the camera is known.
-    pub(crate) const ALL: Self = Self {
-        focal: true,
-        principal: true,
-        k1: true,
-        k2: true,
-        tangential: true,
-        k3: true,
-    };
+    pub(crate) const ALL: Self = Self { mask: [true; LENS] };
+
+    /// These are fixed, the others fitted.
+    pub fn of(parts: &[LensPart]) -> Self {
+        let mut mask = [false; LENS];
+        for part in parts {
+            let numbers = match part {
+                LensPart::Focal => 0..2,
+                LensPart::Principal => 2..4,
+                LensPart::K1 => 4..5,
+                LensPart::K2 => 5..6,
+                LensPart::Tangential => 6..8,
+                LensPart::K3 => 8..9,
+            };
+            mask[numbers].fill(true);
+        }
+        Self { mask }
+    }
 
     /// In the order of [`LensValues`].
     pub(crate) fn mask(&self) -> [bool; LENS] {
-        let Self {
-            focal,
-            principal,
-            k1,
-            k2,
-            tangential,
-            k3,
-        } = *self;
-        [focal, focal, principal, principal, k1, k2, tangential, tangential, k3]
+        self.mask
+    }
+
+    pub(crate) fn has_principal(&self) -> bool {
+        self.mask[2]
     }
 }
 
@@ -102,8 +103,24 @@ impl LensValues {
         let (xy, xx, yy) = (2.0 * x * y, r2 + 2.0 * x * x, r2 + 2.0 * y * y);
         let [r4, r6] = [r2 * r2, r2 * r2 * r2];
         let by_lens = SMatrix::<f64, 2, LENS>::from_row_slice(&[
-            seen.x, 0.0, 1.0, 0.0, fx * x * r2, fx * x * r4, fx * xy, fx * xx, fx * x * r6, //
-            0.0, seen.y, 0.0, 1.0, fy * y * r2, fy * y * r4, fy * yy, fy * xy, fy * y * r6,
+            seen.x,
+            0.0,
+            1.0,
+            0.0,
+            fx * x * r2,
+            fx * x * r4,
+            fx * xy,
+            fx * xx,
+            fx * x * r6, //
+            0.0,
+            seen.y,
+            0.0,
+            1.0,
+            fy * y * r2,
+            fy * y * r4,
+            fy * yy,
+            fy * xy,
+            fy * y * r6,
         ]);
         let slant = Matrix2x3::new(1.0, 0.0, -x, 0.0, 1.0, -y) / point.z;
         let by_ideal = nalgebra::Matrix2::from_diagonal(&Vector2::new(fx, fy)) * lens.jacobian(ideal);

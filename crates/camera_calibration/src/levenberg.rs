@@ -99,8 +99,12 @@ fn sigma(bundle: &Bundle, state: &State) -> f64 {
 /// Unknowns of very different sizes are scaled before, so that the test for what is undetermined is fair.
 fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let scales: Vec<f64> = (0..matrix.nrows()).map(|i| 1.0 / matrix[(i, i)].sqrt()).collect();
-    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * scales[i] * scales[j]);
+    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+        matrix[(i, j)] * scales[i] * scales[j]
+    });
     let inverse = scaled.cholesky()?.inverse();
-    let found = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| inverse[(i, j)] * scales[i] * scales[j]);
+    let found = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+        inverse[(i, j)] * scales[i] * scales[j]
+    });
     found.iter().all(|value| value.is_finite()).then_some(found)
 }

@@ -38,6 +38,7 @@ mod checks;
 mod corner;
 mod coverage;
 mod detect;
+mod drawing;
 mod error;
 mod hand_eye;
 mod homography;
@@ -60,7 +61,7 @@ pub use hand_eye::{
     calibrate_eye_to_hand,
 };
 pub use intrinsics::{CameraCalibration, CameraOptions, LEAST_VIEWS, calibrate_camera};
-pub use lens::FixedLens;
+pub use lens::{FixedLens, LensPart};
 pub use stereo::{LEAST_COMMON, Placed, RigCalibration, calibrate_cameras};
 pub use target::CharucoTarget;
 pub use views::{CameraViews, TargetView, ViewReport};

@@ -13,5 +13,8 @@ pub(crate) fn mean_pose(poses: &[RigidTransform]) -> Option<RigidTransform> {
     if poses.is_empty() {
         return None;
     }
-    Some(RigidTransform::from_parts(translation / count, nearest_rotation(&rotation)?))
+    Some(RigidTransform::from_parts(
+        translation / count,
+        nearest_rotation(&rotation)?,
+    ))
 }

@@ -45,7 +45,10 @@ pub fn calibrate_cameras(
     seen: &[CameraViews],
     options: &[CameraOptions],
 ) -> Result<RigCalibration, CameraCalibrationError> {
-    let alone = seen.iter().zip(options).map(|(seen, options)| calibrate_camera(target, seen, options));
+    let alone = seen
+        .iter()
+        .zip(options)
+        .map(|(seen, options)| calibrate_camera(target, seen, options));
     let alone = alone.collect::<Result<Vec<_>, _>>()?;
     if alone.len() < 2 {
         return Ok(RigCalibration {

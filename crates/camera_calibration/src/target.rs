@@ -4,8 +4,6 @@
 //! with other tools do as well. Inner corners of the squares are what is measured: where two black squares touch, the
 //! image is symmetric, so that blur and perspective do not shift the corner as they shift the centre of a dot.
 
-use std::fmt::Write;
-
 use calib_targets_charuco::{CharucoBoard, CharucoBoardSpec, Dictionary, builtins};
 use nalgebra::Point3;
 
@@ -14,7 +12,7 @@ use crate::error::CameraCalibrationError;
 /// Markers of 4 x 4 bits, 100 of them.
 const DICTIONARY: Dictionary = builtins::DICT_4X4_100;
 /// Bits of a marker's side with the black border around it.
-const SIDE: usize = 6;
+pub(crate) const SIDE: usize = 6;
 /// Squares of a side.
 const SQUARES: [usize; 2] = [3, 60];
 /// Sides of a square, metres.
@@ -136,7 +134,7 @@ impl CharucoTarget {
     }
 
     /// A bit of the marker in a white square; the outermost are its border.
-    fn is_bit_black(&self, column: usize, row: usize, bit_x: usize, bit_y: usize) -> bool {
+    pub(crate) fn is_bit_black(&self, column: usize, row: usize, bit_x: usize, bit_y: usize) -> bool {
         let inner = 1..SIDE - 1;
         if !inner.contains(&bit_x) || !inner.contains(&bit_y) {
             return true;
@@ -148,52 +146,13 @@ impl CharucoTarget {
 
     pub(crate) fn board(&self) -> CharucoBoardSpec {
         let part = (self.marker / self.square) as f32;
-        CharucoBoardSpec::new(self.rows as u32, self.columns as u32, 1e3 * self.square as f32, part, DICTIONARY)
-    }
-
-    /// The pattern to scale with a white margin of one square around it, for printing at 100 %.
-    pub fn to_svg(&self) -> String {
-        let [width, height] = self.size().map(|side| 1e3 * (side + 2.0 * self.square));
-        let mut text = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.3}mm\" height=\"{height:.3}mm\" \
-             viewBox=\"0 0 {width:.3} {height:.3}\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n<path \
-             shape-rendering=\"crispEdges\" d=\""
-        );
-        for [x, y, side_x, side_y] in self.black_rectangles() {
-            let [x, y] = [x, y].map(|place| 1e3 * (place + self.square));
-            let [side_x, side_y] = [side_x, side_y].map(|side| 1e3 * side);
-            // `String` never fails to take text.
-            let _ = writeln!(text, "M{x:.4} {y:.4}h{side_x:.4}v{side_y:.4}h-{side_x:.4}z");
-        }
-        text.push_str("\"/>\n</svg>\n");
-        text
-    }
-
-    /// Left, top, width and height of everything black, metres; bits of a row that touch are one.
-    fn black_rectangles(&self) -> Vec<[f64; 4]> {
-        let mut found = Vec::new();
-        for (row, column) in (0..self.rows).flat_map(|row| (0..self.columns).map(move |column| (row, column))) {
-            let [left, top] = [column as f64 * self.square, row as f64 * self.square];
-            if (column + row).is_multiple_of(2) {
-                found.push([left, top, self.square, self.square]);
-                continue;
-            }
-            let (margin, bit) = (0.5 * (self.square - self.marker), self.marker / SIDE as f64);
-            for bit_y in 0..SIDE {
-                let mut from = 0;
-                while from < SIDE {
-                    let run = (from..SIDE)
-                        .take_while(|&bit_x| self.is_bit_black(column, row, bit_x, bit_y))
-                        .count();
-                    if run > 0 {
-                        let (x, y) = (left + margin + from as f64 * bit, top + margin + bit_y as f64 * bit);
-                        found.push([x, y, run as f64 * bit, bit]);
-                    }
-                    from += run.max(1);
-                }
-            }
-        }
-        found
+        CharucoBoardSpec::new(
+            self.rows as u32,
+            self.columns as u32,
+            1e3 * self.square as f32,
+            part,
+            DICTIONARY,
+        )
     }
 
     pub(crate) fn checked_board(&self) -> Result<CharucoBoard, CameraCalibrationError> {
@@ -228,25 +187,12 @@ mod tests {
     }
 
     #[test]
-    fn the_drawing_is_black_where_the_pattern_is() {
-        let target = CharucoTarget::A4;
-        let rectangles = target.black_rectangles();
-        let mut random = fastrand::Rng::with_seed(4);
-        for _ in 0..20_000 {
-            let [x, y] = target.size().map(|side| random.f64() * side);
-            let drawn = rectangles
-                .iter()
-                .any(|[left, top, width, height]| (0.0..*width).contains(&(x - left)) && (0.0..*height).contains(&(y - top)));
-            assert_eq!(drawn, target.is_black(x, y), "({x}, {y})");
-        }
-        let svg = target.to_svg();
-        assert!(svg.starts_with("<svg") && svg.contains("width=\"225.000mm\" height=\"165.000mm\""), "{svg:.200}");
-        assert_eq!(svg.matches('M').count(), rectangles.len());
-    }
-
-    #[test]
     fn boards_that_cannot_be_are_refused_with_what_can() {
-        let said = |columns, rows, square, marker| CharucoTarget::new(columns, rows, square, marker).unwrap_err().to_string();
+        let said = |columns, rows, square, marker| {
+            CharucoTarget::new(columns, rows, square, marker)
+                .unwrap_err()
+                .to_string()
+        };
         assert_eq!(said(2, 9, 0.015, 0.009), "target: columns is 2, allowed are 3 to 60");
         assert!(said(13, 9, 0.0, 0.009).contains("side of a square (m) is 0, allowed are 0.001 to 0.5"));
         assert!(said(13, 9, f64::NAN, 0.009).contains("side of a square (m) is NaN"));

@@ -116,7 +116,10 @@ mod tests {
     #[test]
     fn parameters_say_it_as_before() {
         assert_eq!(given("c1", &[], "").place().unwrap(), None);
-        assert_eq!(given("c1", &POSE, "").place().unwrap().unwrap().parent_frame_id, "link_base");
+        assert_eq!(
+            given("c1", &POSE, "").place().unwrap().unwrap().parent_frame_id,
+            "link_base"
+        );
         let short = given("c1", &POSE[..3], "").place().unwrap_err().to_string();
         assert!(short.contains("3 numbers"), "{short}");
     }

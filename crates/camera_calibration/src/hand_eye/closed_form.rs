@@ -30,7 +30,10 @@ fn motions(stations: &[Station]) -> Vec<(RigidTransform, RigidTransform)> {
 
 /// The furthest turn of the arm about the second of its main axes, radians: zero when it only turned about one.
 pub(crate) fn second_turn(stations: &[Station]) -> f64 {
-    let turns: Vec<Vector3<f64>> = motions(stations).iter().map(|(a, _)| a.rotation().scaled_axis()).collect();
+    let turns: Vec<Vector3<f64>> = motions(stations)
+        .iter()
+        .map(|(a, _)| a.rotation().scaled_axis())
+        .collect();
     let spread: Matrix3<f64> = turns.iter().map(|turn| turn * turn.transpose()).sum();
     let (_, axes) = sorted_eigen(&spread);
     let axis = axes.column(1).into_owned();
@@ -40,9 +43,8 @@ pub(crate) fn second_turn(stations: &[Station]) -> f64 {
 /// `X`; none when the motions do not determine it.
 pub(crate) fn park_martin(stations: &[Station]) -> Option<RigidTransform> {
     let motions = motions(stations);
-    let outer = |(a, b): &(RigidTransform, RigidTransform)| {
-        a.rotation().scaled_axis() * b.rotation().scaled_axis().transpose()
-    };
+    let outer =
+        |(a, b): &(RigidTransform, RigidTransform)| a.rotation().scaled_axis() * b.rotation().scaled_axis().transpose();
     let rotation = nearest_rotation(&motions.iter().map(outer).sum())?;
     let (mut square, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for (a, b) in &motions {
@@ -77,7 +79,10 @@ mod tests {
             };
             let stations: Vec<Station> = (0..4).map(|_| station(pose(any(1.0), any(0.5)))).collect();
             let found = park_martin(&stations).unwrap();
-            assert!((found.translation() - truth.translation()).norm() < 1e-9, "{found:?} {truth:?}");
+            assert!(
+                (found.translation() - truth.translation()).norm() < 1e-9,
+                "{found:?} {truth:?}"
+            );
             assert!(found.rotation().angle_to(&truth.rotation()) < 1e-7);
             assert!(second_turn(&stations) > 0.05);
         }

@@ -40,7 +40,10 @@ pub(super) fn prepare(
             corners: view.corners.clone(),
         };
         let matches = views::matches(target, &view.corners);
-        let same = used.iter().map(|used| &views[used.index]).find(|other| is_same(view, other));
+        let same = used
+            .iter()
+            .map(|used| &views[used.index])
+            .find(|other| is_same(view, other));
         let found = match (same, first_pose(camera, &matches)) {
             (Some(other), _) => Err(format!("the arm stood where it stood in {}", other.name)),
             (None, None) => Err(format!("its {} corners are on a line", matches.len())),

@@ -1,6 +1,7 @@
 //! The arm carries the camera, the target stands; perhaps another camera looks on.
 
 use geometry::{PinholeCamera, RigidTransform};
+use nalgebra::DMatrix;
 
 use super::arm_slack::Slack;
 use super::closed_form::{Station, park_martin};
@@ -71,60 +72,141 @@ pub fn calibrate_eye_in_hand(
         what: "the camera's place on the flange",
     };
     let flange_from_camera = park_martin(&stations).ok_or_else(undetermined)?;
-    let starts = placements.starts(&used, views, &flange_from_camera).ok_or_else(undetermined)?;
+    let starts = placements
+        .starts(&used, views, &flange_from_camera)
+        .ok_or_else(undetermined)?;
     let onlookers = match scene {
         Some(scene) => onlookers(target, &scene, &placements, &mut reports)?,
         None => Vec::new(),
     };
-    let mut poses = vec![flange_from_camera.inverse()];
-    poses.extend(&starts);
-    let mut lenses = vec![LensValues::of(camera)];
-    let scene_pose = poses.len();
-    if let Some(scene) = scene {
-        let from_base = onlookers.iter().map(|seen| seen.camera_from_target * starts[seen.place].inverse());
-        poses.push(mean_pose(&from_base.collect::<Vec<_>>()).ok_or_else(undetermined)?);
-        lenses.push(LensValues::of(scene.camera));
-    }
-    let slack = Slack::new(&mut poses, used.len());
-    let arm = used.iter().enumerate();
-    let mut sightings: Vec<Sighting> = arm
-        .map(|(stand, used)| sighting(used, views, &placements, slack.link(stand)))
-        .collect();
-    sightings.extend(onlookers.iter().map(|seen| Sighting {
-        camera: 1,
-        chain: vec![Link::Sought(scene_pose), Link::Sought(1 + seen.place)],
-        matches: seen.matches.clone(),
-    }));
-    let mut bundle = Bundle {
-        fixed: vec![FixedLens::ALL; lenses.len()],
-        sightings,
-        priors: Vec::new(),
-    };
-    let solved = slack.solve(&mut bundle, State { lenses, poses });
-    let covariance = solved.covariance.as_ref().ok_or_else(undetermined)?;
-    let state = &solved.state;
-    let inverse = |pose: usize, views: usize| Placed {
-        pose: state.poses[pose].inverse(),
-        deviations: inverse_deviations(covariance, state.pose_column(pose), &state.poses[pose].translation()),
+    let seen = Seen {
+        used,
         views,
+        placements,
+        onlookers,
+        scene,
     };
-    let place = |(place, &number): (usize, &usize)| {
-        let seen = used.iter().filter(|used| views[used.index].placement == number).count();
-        let placed = Placed {
-            pose: state.poses[1 + place],
-            deviations: pose_deviations(covariance, state.pose_column(1 + place)),
-            views: seen,
-        };
-        (number, placed)
-    };
-    let misfit = fit::fill(&bundle, &solved, &slack, &mut reports);
-    let main = inverse(0, used.len());
+    let (mut bundle, start, layout) = seen
+        .model(camera, &flange_from_camera, starts)
+        .ok_or_else(undetermined)?;
+    let solved = layout.slack.solve(&mut bundle, start);
+    let covariance = solved.covariance.as_ref().ok_or_else(undetermined)?;
+    let misfit = fit::fill(&bundle, &solved, &layout.slack, &mut reports);
+    let flange_from_camera = inverse(&solved.state, covariance, CAMERA, seen.used.len());
     Ok(EyeInHand {
-        report: HandEyeReport::new(reports, &misfit, turn, &main, thresholds),
-        flange_from_camera: main,
-        placements: placements.numbers.iter().enumerate().map(place).collect(),
-        scene: scene.map(|_| inverse(scene_pose, onlookers.len())),
+        report: HandEyeReport::new(reports, &misfit, turn, &flange_from_camera, thresholds),
+        flange_from_camera,
+        placements: seen.placed(&solved.state, covariance),
+        scene: layout
+            .scene
+            .map(|pose| inverse(&solved.state, covariance, pose, seen.onlookers.len())),
     })
+}
+
+/// Among the poses: `camera_from_flange`, then `base_from_target` of every placement.
+const CAMERA: usize = 0;
+const FIRST_PLACEMENT: usize = 1;
+
+/// Everything that was seen.
+struct Seen<'a> {
+    used: Vec<Used>,
+    views: &'a [HandEyeView],
+    placements: Placements,
+    onlookers: Vec<Onlooker>,
+    scene: Option<SceneCamera<'a>>,
+}
+
+/// Where the other poses are.
+struct Layout {
+    /// `scene_from_base`.
+    scene: Option<usize>,
+    slack: Slack,
+}
+
+impl Seen<'_> {
+    /// What is fitted, and where to start.
+    fn model(
+        &self,
+        camera: &PinholeCamera,
+        flange_from_camera: &RigidTransform,
+        starts: Vec<RigidTransform>,
+    ) -> Option<(Bundle, State, Layout)> {
+        let from_base: Vec<RigidTransform> = self
+            .onlookers
+            .iter()
+            .map(|seen| seen.camera_from_target * starts[seen.place].inverse())
+            .collect();
+        let mut lenses = vec![LensValues::of(camera)];
+        let mut poses = vec![flange_from_camera.inverse()];
+        poses.extend(starts);
+        let mut scene_pose = None;
+        if let Some(scene) = self.scene {
+            scene_pose = Some(poses.len());
+            poses.push(mean_pose(&from_base)?);
+            lenses.push(LensValues::of(scene.camera));
+        }
+        let slack = Slack::new(&mut poses, self.used.len());
+        let own = self.used.iter().enumerate().map(|(stand, used)| Sighting {
+            camera: 0,
+            chain: self.arm_chain(used, slack.link(stand)),
+            matches: used.matches.clone(),
+        });
+        let others = scene_pose.iter().flat_map(|&scene| {
+            self.onlookers.iter().map(move |seen| Sighting {
+                camera: 1,
+                chain: vec![Link::Sought(scene), Link::Sought(FIRST_PLACEMENT + seen.place)],
+                matches: seen.matches.clone(),
+            })
+        });
+        let bundle = Bundle {
+            fixed: vec![FixedLens::ALL; lenses.len()],
+            sightings: own.chain(others).collect(),
+            priors: Vec::new(),
+        };
+        let layout = Layout {
+            scene: scene_pose,
+            slack,
+        };
+        Some((bundle, State { lenses, poses }, layout))
+    }
+
+    fn arm_chain(&self, used: &Used, slack: Link) -> Vec<Link> {
+        let view = &self.views[used.index];
+        let place = self.placements.position(view.placement).unwrap_or(0);
+        vec![
+            Link::Sought(CAMERA),
+            slack,
+            Link::Known(view.base_from_flange.inverse()),
+            Link::Sought(FIRST_PLACEMENT + place),
+        ]
+    }
+
+    /// `base_from_target` of every placement.
+    fn placed(&self, state: &State, covariance: &DMatrix<f64>) -> Vec<(usize, Placed)> {
+        let place = |(place, &number): (usize, &usize)| {
+            let own = self
+                .used
+                .iter()
+                .filter(|used| self.views[used.index].placement == number);
+            let placed = Placed {
+                pose: state.poses[FIRST_PLACEMENT + place],
+                deviations: pose_deviations(covariance, state.pose_column(FIRST_PLACEMENT + place)),
+                views: own.count(),
+            };
+            (number, placed)
+        };
+        self.placements.numbers.iter().enumerate().map(place).collect()
+    }
+}
+
+/// The inverse of a pose that was found.
+fn inverse(state: &State, covariance: &DMatrix<f64>, pose: usize, views: usize) -> Placed {
+    let found = &state.poses[pose];
+    Placed {
+        pose: found.inverse(),
+        deviations: inverse_deviations(covariance, state.pose_column(pose), &found.translation()),
+        views,
+    }
 }
 
 /// `base_from_flange X camera_from_target` is the same for all of a placement, with `X = flange_from_camera`.
@@ -133,21 +215,6 @@ fn station(used: &Used, views: &[HandEyeView]) -> Station {
         arm: views[used.index].base_from_flange,
         eye: used.camera_from_target.inverse(),
         group: views[used.index].placement,
-    }
-}
-
-fn sighting(used: &Used, views: &[HandEyeView], placements: &Placements, slack: Link) -> Sighting {
-    let view = &views[used.index];
-    let place = placements.position(view.placement).unwrap_or(0);
-    Sighting {
-        camera: 0,
-        chain: vec![
-            Link::Sought(0),
-            slack,
-            Link::Known(view.base_from_flange.inverse()),
-            Link::Sought(1 + place),
-        ],
-        matches: used.matches.clone(),
     }
 }
 
@@ -169,12 +236,16 @@ impl Placements {
     }
 
     /// `base_from_target` of each, as all of its views see it on average.
-    fn starts(&self, used: &[Used], views: &[HandEyeView], flange_from_camera: &RigidTransform) -> Option<Vec<RigidTransform>> {
+    fn starts(
+        &self,
+        used: &[Used],
+        views: &[HandEyeView],
+        flange_from_camera: &RigidTransform,
+    ) -> Option<Vec<RigidTransform>> {
         let start = |&number: &usize| {
             let own = used.iter().filter(|used| views[used.index].placement == number);
-            let poses = own.map(|used| {
-                views[used.index].base_from_flange * *flange_from_camera * used.camera_from_target
-            });
+            let poses =
+                own.map(|used| views[used.index].base_from_flange * *flange_from_camera * used.camera_from_target);
             mean_pose(&poses.collect::<Vec<_>>())
         };
         self.numbers.iter().map(start).collect()

@@ -1,15 +1,19 @@
 //! Targets in rendered pictures, against where they truly are.
 
-use camera_calibration::{CharucoTarget, NotFound, TargetDetector};
 use crate::rendering::{Picture, target_at};
 use crate::scenes::wrist_camera;
+use camera_calibration::{CharucoTarget, NotFound, TargetDetector};
 use imaging::Image;
 
 #[test]
 fn corners_are_where_they_were_drawn_to_a_few_hundredths_of_a_pixel() {
     let (target, camera) = (CharucoTarget::A4, wrist_camera());
     let detector = TargetDetector::new(&target).unwrap();
-    for (turn, distance) in [([0.0, 0.0, 0.1], 0.32), ([0.5, 0.2, 0.8], 0.36), ([-0.4, 0.5, -2.0], 0.45)] {
+    for (turn, distance) in [
+        ([0.0, 0.0, 0.1], 0.32),
+        ([0.5, 0.2, 0.8], 0.36),
+        ([-0.4, 0.5, -2.0], 0.45),
+    ] {
         let camera_from_target = target_at(&target, turn, [0.0, 0.0, distance]);
         let image = Picture::USUAL.take(&target, &camera, &camera_from_target);
         let found = detector.detect(&image).unwrap();
@@ -25,9 +29,15 @@ fn corners_are_where_they_were_drawn_to_a_few_hundredths_of_a_pixel() {
             worst = worst.max(off.norm());
         }
         let rms = (squares / found.len() as f64).sqrt();
-        println!("{} corners, RMS {rms:.4} px, mean {mean:?}, worst {worst:.3}", found.len());
+        println!(
+            "{} corners, RMS {rms:.4} px, mean {mean:?}, worst {worst:.3}",
+            found.len()
+        );
         assert!(found.len() >= 60, "{}", found.len());
-        assert!(rms < 0.06 && worst < 0.25 && mean.norm() < 0.01, "{rms} {worst} {mean:?}");
+        assert!(
+            rms < 0.06 && worst < 0.25 && mean.norm() < 0.01,
+            "{rms} {worst} {mean:?}"
+        );
     }
 }
 
@@ -46,5 +56,8 @@ fn without_a_target_it_is_said_what_is_missing() {
     let camera_from_target = target_at(&other, [0.1, 0.0, 0.0], [0.0, 0.0, 0.32]);
     let image = Picture::USUAL.take(&other, &wrist_camera(), &camera_from_target);
     let error = detector.detect(&image).unwrap_err();
-    assert!(matches!(error, NotFound::NoBoard { .. } | NotFound::FewCorners { .. }), "{error}");
+    assert!(
+        matches!(error, NotFound::NoBoard { .. } | NotFound::FewCorners { .. }),
+        "{error}"
+    );
 }

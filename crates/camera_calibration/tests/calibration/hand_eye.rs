@@ -15,7 +15,7 @@ const TARGET: CharucoTarget = CharucoTarget::A4;
 /// Standard deviation of a corner, pixels.
 const PIXELS: f64 = 0.05;
 
-/// The xArm7 with its flange, and joints that are off by a little at every stand.
+/// The cell's arm with its flange, and joints that are off by a little at every stand.
 struct Arm {
     chain: Chain<7>,
     random: fastrand::Rng,
@@ -35,10 +35,17 @@ impl Arm {
     /// Where the flange is, and where the arm says it is.
     fn go(&mut self, base_from_flange: &RigidTransform) -> (RigidTransform, RigidTransform) {
         let seed = SVector::from([0.0, -0.4, 0.0, 0.7, 0.0, 1.1, 0.0]);
-        let said = self.chain.solve(base_from_flange, &seed, &IkOptions::default()).unwrap().angles;
+        let said = self
+            .chain
+            .solve(base_from_flange, &seed, &IkOptions::default())
+            .unwrap()
+            .angles;
         let noise = self.joint_noise;
         let true_angles = said.map(|angle| angle + noise * normal(&mut self.random));
-        (self.chain.forward(&true_angles).unwrap(), self.chain.forward(&said).unwrap())
+        (
+            self.chain.forward(&true_angles).unwrap(),
+            self.chain.forward(&said).unwrap(),
+        )
     }
 
     fn see(&mut self, camera: &PinholeCamera, camera_from_target: &RigidTransform) -> Vec<DetectedCorner> {
@@ -65,7 +72,11 @@ fn stands(target: &RigidTransform, count: usize) -> Vec<RigidTransform> {
         let angle = index as f64 * 2.4;
         let tilt = 0.45 * (index as f64 / count as f64).sqrt();
         let turn = [tilt * angle.cos(), tilt * angle.sin(), 0.5 * (1.7 * angle).sin()];
-        let place = [0.02 * angle.sin(), 0.02 * angle.cos(), 0.33 + 0.02 * (0.9 * angle).cos()];
+        let place = [
+            0.02 * angle.sin(),
+            0.02 * angle.cos(),
+            0.33 + 0.02 * (0.9 * angle).cos(),
+        ];
         *target * target_at(&TARGET, turn, place).inverse()
     };
     (0..count).map(camera).collect()
@@ -96,15 +107,32 @@ fn a_camera_on_the_flange_is_found_with_joints_that_are_off() {
     let views = eye_in_hand_views(&mut arm, &camera, &base_from_target(), 15);
     let found = in_hand(&views).unwrap();
     let [shift, angle] = apart(&found.flange_from_camera.pose, &flange_from_camera());
-    println!("{:.3} mm, {:.4} degrees, {:?}", 1e3 * shift, angle.to_degrees(), found.flange_from_camera.deviations);
+    println!(
+        "{:.3} mm, {:.4} degrees, {:?}",
+        1e3 * shift,
+        angle.to_degrees(),
+        found.flange_from_camera.deviations
+    );
     let report = &found.report;
-    println!("RMS {:.3} px, {:.3} mm, {:.4} px in the images", report.rms_px, 1e3 * report.rms, report.image_rms_px);
+    println!(
+        "RMS {:.3} px, {:.3} mm, {:.4} px in the images",
+        report.rms_px,
+        1e3 * report.rms,
+        report.image_rms_px
+    );
     assert!(shift < 0.2e-3 && angle.to_degrees() < 0.02, "{shift} {angle}");
     let [turn_deviation, shift_deviation] = found.flange_from_camera.deviations;
-    assert!(shift < 4.0 * shift_deviation && angle < 4.0 * turn_deviation, "{:?}", found.flange_from_camera);
+    assert!(
+        shift < 4.0 * shift_deviation && angle < 4.0 * turn_deviation,
+        "{:?}",
+        found.flange_from_camera
+    );
     let (number, placed) = &found.placements[0];
     let [shift, angle] = apart(&placed.pose, &base_from_target());
-    assert!(*number == 0 && shift < 0.3e-3 && angle.to_degrees() < 0.03, "{shift} {angle}");
+    assert!(
+        *number == 0 && shift < 0.3e-3 && angle.to_degrees() < 0.03,
+        "{shift} {angle}"
+    );
     assert_eq!(found.report.shortfalls, []);
 }
 
@@ -161,7 +189,12 @@ fn a_standing_camera_is_found_by_a_target_on_the_flange() {
     let views: Vec<HandEyeView> = (0..15).map(view).collect();
     let found = calibrate_eye_to_hand(&TARGET, &camera, &views, &HandEyeThresholds::default()).unwrap();
     let [shift, angle] = apart(&found.base_from_camera.pose, &base_from_camera);
-    println!("{:.3} mm, {:.4} degrees, {:?}", 1e3 * shift, angle.to_degrees(), found.base_from_camera.deviations);
+    println!(
+        "{:.3} mm, {:.4} degrees, {:?}",
+        1e3 * shift,
+        angle.to_degrees(),
+        found.base_from_camera.deviations
+    );
     assert!(shift < 0.4e-3 && angle.to_degrees() < 0.04, "{shift} {angle}");
     assert!(shift < 4.0 * found.base_from_camera.deviations[1]);
     assert_eq!(found.report.shortfalls, []);
@@ -202,9 +235,22 @@ fn a_camera_over_the_table_is_found_by_targets_that_both_see() {
     let found = calibrate_eye_in_hand(&TARGET, &camera, &views, Some(scene), &thresholds).unwrap();
     let placed = found.scene.unwrap();
     let [shift, angle] = apart(&placed.pose, &base_from_scene);
-    println!("{:.3} mm, {:.4} degrees, {:?}", 1e3 * shift, angle.to_degrees(), placed.deviations);
-    assert!(shift < 0.5e-3 && angle.to_degrees() < 0.05 && placed.views == 3, "{shift} {angle}");
-    let again = found.report.views.iter().find(|view| view.name == "placement 1 again").unwrap();
+    println!(
+        "{:.3} mm, {:.4} degrees, {:?}",
+        1e3 * shift,
+        angle.to_degrees(),
+        placed.deviations
+    );
+    assert!(
+        shift < 0.5e-3 && angle.to_degrees() < 0.05 && placed.views == 3,
+        "{shift} {angle}"
+    );
+    let again = found
+        .report
+        .views
+        .iter()
+        .find(|view| view.name == "placement 1 again")
+        .unwrap();
     assert_eq!(again.left_out.as_deref(), Some("its placement is in an earlier view"));
 
     for view in &mut scene_views {
@@ -216,7 +262,10 @@ fn a_camera_over_the_table_is_found_by_targets_that_both_see() {
         views: &scene_views,
     };
     let error = calibrate_eye_in_hand(&TARGET, &camera, &views, Some(scene), &thresholds).unwrap_err();
-    assert!(error.to_string().starts_with("c2 saw the target at no place"), "{error}");
+    assert!(
+        error.to_string().starts_with("c2 saw the target at no place"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -226,7 +275,10 @@ fn stands_that_do_not_tell_the_pose_are_refused() {
     let views = eye_in_hand_views(&mut arm, &camera, &base_from_target(), 3);
     let same: Vec<_> = [0, 1, 0, 1].map(|index: usize| views[index].clone()).into();
     let error = in_hand(&same).unwrap_err().to_string();
-    assert!(error.contains("2 views can be used") && error.contains("the arm stood where it stood in stand 0"), "{error}");
+    assert!(
+        error.contains("2 views can be used") && error.contains("the arm stood where it stood in stand 0"),
+        "{error}"
+    );
 
     let down = target_at(&TARGET, [0.0; 3], [0.0, 0.0, 0.35]);
     let about_one = |index: usize| {
@@ -242,7 +294,10 @@ fn stands_that_do_not_tell_the_pose_are_refused() {
     };
     let one_axis: Vec<HandEyeView> = (0..8).map(about_one).collect();
     let error = in_hand(&one_axis).unwrap_err().to_string();
-    assert!(error.contains("second axis") && error.contains("turn it about two axes"), "{error}");
+    assert!(
+        error.contains("second axis") && error.contains("turn it about two axes"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -253,8 +308,19 @@ fn poses_of_other_images_are_noticed() {
     views[0].base_from_flange = views[5].base_from_flange;
     views[5].base_from_flange = first;
     let report = in_hand(&views).unwrap().report;
-    let said = report.shortfalls.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
-    assert!(report.shortfalls.iter().any(|short| matches!(short, Shortfall::Place { .. })), "{said}");
+    let said = report
+        .shortfalls
+        .iter()
+        .map(ToString::to_string)
+        .collect::<Vec<_>>()
+        .join("\n");
+    assert!(
+        report
+            .shortfalls
+            .iter()
+            .any(|short| matches!(short, Shortfall::Place { .. })),
+        "{said}"
+    );
     assert!(said.contains("stand 0") || said.contains("stand 5"), "{said}");
 }
 

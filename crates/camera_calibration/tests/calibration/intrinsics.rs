@@ -1,11 +1,11 @@
 //! Lenses from views of a target, against the lens that made them.
 
-use camera_calibration::{
-    CameraCalibrationError, CameraOptions, CameraViews, CharucoTarget, FixedLens, Shortfall, TargetDetector, TargetView,
-    calibrate_camera, calibrate_cameras,
-};
 use crate::rendering::{Picture, target_at};
 use crate::scenes::{apart, corners, held_targets, wrist_camera};
+use camera_calibration::{
+    CameraCalibrationError, CameraOptions, CameraViews, CharucoTarget, FixedLens, LensPart, Shortfall, TargetDetector,
+    TargetView, calibrate_camera, calibrate_cameras,
+};
 use geometry::{PinholeCamera, PlumbBob, RigidTransform};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -52,9 +52,17 @@ fn fifteen_pictures_give_the_lens_and_every_pose() {
     let found = calibrate_camera(&TARGET, &seen, &CameraOptions::default()).unwrap();
     let ([fx, fy], [cx, cy]) = (found.camera.focal(), found.camera.principal());
     let ([true_fx, true_fy], [true_cx, true_cy]) = (camera.focal(), camera.principal());
-    println!("RMS {:.4} px, coverage {:.2}, {:?}", found.rms_px, found.coverage.share(), found.camera);
+    println!(
+        "RMS {:.4} px, coverage {:.2}, {:?}",
+        found.rms_px,
+        found.coverage.share(),
+        found.camera
+    );
     println!("deviations {:?}", found.deviations);
-    assert!((fx / true_fx - 1.0).abs() < 1e-3 && (fy / true_fy - 1.0).abs() < 1e-3, "{fx} {fy}");
+    assert!(
+        (fx / true_fx - 1.0).abs() < 1e-3 && (fy / true_fy - 1.0).abs() < 1e-3,
+        "{fx} {fy}"
+    );
     assert!((cx - true_cx).abs() < 1.0 && (cy - true_cy).abs() < 1.0, "{cx} {cy}");
     let mut worst: [f64; 2] = [0.0; 2];
     for (view, truth) in found.views.iter().zip(&poses) {
@@ -100,10 +108,17 @@ fn a_few_wild_corners_change_nothing() {
     }
     let found = calibrate_camera(&TARGET, &views, &CameraOptions::default()).unwrap();
     for axis in 0..2 {
-        assert!((found.camera.focal()[axis] - clean.camera.focal()[axis]).abs() < 0.5, "{found:?}");
+        assert!(
+            (found.camera.focal()[axis] - clean.camera.focal()[axis]).abs() < 0.5,
+            "{found:?}"
+        );
     }
     // But the views are not called good.
-    assert!(matches!(found.shortfalls[..], [Shortfall::Residual { .. }]), "{:?}", found.shortfalls);
+    assert!(
+        matches!(found.shortfalls[..], [Shortfall::Residual { .. }]),
+        "{:?}",
+        found.shortfalls
+    );
 }
 
 #[test]
@@ -111,17 +126,20 @@ fn what_is_fixed_stays() {
     let camera = PinholeCamera::new(768, 768, [1090.9, 1090.9], [383.5, 383.5]).unwrap();
     let views = seen(&camera, &held_targets(&TARGET, 9, 6), 0.05);
     let options = CameraOptions {
-        fixed: FixedLens {
-            principal: true,
-            k1: true,
-            k2: true,
-            tangential: true,
-            ..FixedLens::default()
-        },
+        fixed: FixedLens::of(&[
+            LensPart::Principal,
+            LensPart::K1,
+            LensPart::K2,
+            LensPart::Tangential,
+            LensPart::K3,
+        ]),
         ..CameraOptions::default()
     };
     let found = calibrate_camera(&TARGET, &views, &options).unwrap();
-    assert_eq!((found.camera.principal(), found.camera.distortion()), ([383.5, 383.5], PlumbBob::default()));
+    assert_eq!(
+        (found.camera.principal(), found.camera.distortion()),
+        ([383.5, 383.5], PlumbBob::default())
+    );
     assert!((found.camera.focal()[0] - 1090.9).abs() < 0.5);
     assert_eq!(found.deviations[2..], [0.0; 7]);
 }
@@ -134,7 +152,10 @@ fn views_that_do_not_tell_the_lens_are_refused() {
 
     let place = held_targets(&TARGET, 2, 1);
     let again = refused(&seen(&camera, &[place[0], place[1], place[0]], 0.02)).to_string();
-    assert!(again.contains("view 2: the target is where it was in view 0"), "{again}");
+    assert!(
+        again.contains("view 2: the target is where it was in view 0"),
+        "{again}"
+    );
 
     let flat: Vec<_> = (0..9)
         .map(|i| f64::from(i) * 0.01 - 0.04)
@@ -189,16 +210,30 @@ fn two_cameras_are_found_with_their_places_to_each_other() {
     assert!(views[1].views.len() >= 6, "{}", views[1].views.len());
     let found = calibrate_cameras(&TARGET, &views, &[CameraOptions::default(); 2]).unwrap();
     let [shift, angle] = apart(&found.others[0].pose, &first_from_second);
-    println!("{:.3} mm, {:.4} degrees, deviations {:?}", 1e3 * shift, angle.to_degrees(), found.others[0].deviations);
+    println!(
+        "{:.3} mm, {:.4} degrees, deviations {:?}",
+        1e3 * shift,
+        angle.to_degrees(),
+        found.others[0].deviations
+    );
     assert!(shift < 0.5e-3 && angle.to_degrees() < 0.05, "{shift} {angle}");
-    assert!(shift < 4.0 * found.others[0].deviations[1], "{shift} {:?}", found.others[0].deviations);
+    assert!(
+        shift < 4.0 * found.others[0].deviations[1],
+        "{shift} {:?}",
+        found.others[0].deviations
+    );
     assert!((found.cameras[1].camera.focal()[0] / 1454.5 - 1.0).abs() < 1e-3);
 
     for view in &mut views[1].views {
         view.name.push_str(" of another time");
     }
     let error = calibrate_cameras(&TARGET, &views, &[CameraOptions::default(); 2]).unwrap_err();
-    assert!(error.to_string().starts_with("c1 and c2 saw the target together in 0 views"), "{error}");
+    assert!(
+        error
+            .to_string()
+            .starts_with("c1 and c2 saw the target together in 0 views"),
+        "{error}"
+    );
 }
 
 proptest! {

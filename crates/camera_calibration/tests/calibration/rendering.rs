@@ -27,7 +27,12 @@ impl Picture {
         seed: 1,
     };
 
-    pub(crate) fn take(&self, target: &CharucoTarget, camera: &PinholeCamera, camera_from_target: &RigidTransform) -> Image<u16> {
+    pub(crate) fn take(
+        &self,
+        target: &CharucoTarget,
+        camera: &PinholeCamera,
+        camera_from_target: &RigidTransform,
+    ) -> Image<u16> {
         let (width, height) = (camera.width(), camera.height());
         let sharp = sharp(target, camera, camera_from_target);
         let soft = blurred(&sharp, width, height, self.blur);
@@ -95,7 +100,9 @@ fn blurred(pixels: &[f64], width: usize, height: usize, sigma: f64) -> Vec<f64> 
         return pixels.to_vec();
     }
     let reach = (4.0 * sigma).ceil() as i64;
-    let weights: Vec<f64> = (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
+    let weights: Vec<f64> = (-reach..=reach)
+        .map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp())
+        .collect();
     let total: f64 = weights.iter().sum();
     let convolve = |pixels: &[f64], along_x: bool| -> Vec<f64> {
         (0..width * height)

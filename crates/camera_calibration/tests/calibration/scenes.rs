@@ -26,7 +26,11 @@ pub(crate) fn held_targets(target: &CharucoTarget, count: usize, seed: u64) -> V
     let pose = |index: usize| {
         let distance = 0.36 + around(0.06);
         let (column, row) = ((index % 3) as f64 - 1.0, (index / 3 % 3) as f64 - 1.0);
-        let middle = [0.13 * column * distance + around(0.01), 0.17 * row * distance + around(0.01), distance];
+        let middle = [
+            0.13 * column * distance + around(0.01),
+            0.17 * row * distance + around(0.01),
+            distance,
+        ];
         target_at(target, [around(0.6), around(0.6), around(0.4)], middle)
     };
     (0..count).map(pose).collect()
@@ -52,5 +56,8 @@ pub(crate) fn corners(
 
 /// Distance (metres) and angle (radians) between two poses.
 pub(crate) fn apart(a: &RigidTransform, b: &RigidTransform) -> [f64; 2] {
-    [(a.translation() - b.translation()).norm(), a.rotation().angle_to(&b.rotation())]
+    [
+        (a.translation() - b.translation()).norm(),
+        a.rotation().angle_to(&b.rotation()),
+    ]
 }

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use calibration_files::CameraPose;
 use camera_aravis::CalibrationFile;
-use camera_calibration::{CameraCalibration, CameraOptions, CameraViews, FixedLens, Placed, TargetView, calibrate_cameras};
+use camera_calibration::{
+    CameraCalibration, CameraOptions, CameraViews, FixedLens, LensPart, Placed, TargetView, calibrate_cameras,
+};
 use clap::{Args, ValueEnum};
 
 use super::report;
@@ -52,12 +54,21 @@ enum Fix {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let fixed = fixed(&arguments.fix)?;
     let shots = arguments.sources.read()?;
-    let names = if arguments.cameras.is_empty() { shots.cameras() } else { arguments.cameras.clone() };
+    let names = if arguments.cameras.is_empty() {
+        shots.cameras()
+    } else {
+        arguments.cameras.clone()
+    };
     if names.is_empty() {
-        return Err(Failure::from(anyhow!("the target was found in no picture; nothing was written")));
+        return Err(Failure::from(anyhow!(
+            "the target was found in no picture; nothing was written"
+        )));
     }
     let files = files(arguments, &names)?;
-    let seen = names.iter().map(|name| views(&shots, name)).collect::<Result<Vec<_>, _>>()?;
+    let seen = names
+        .iter()
+        .map(|name| views(&shots, name))
+        .collect::<Result<Vec<_>, _>>()?;
     let options = CameraOptions {
         fixed,
         ..CameraOptions::default()
@@ -71,7 +82,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     if let Some(bad) = cameras.iter().find(|camera| !camera.shortfalls.is_empty()) {
         let reason = &bad.shortfalls[0];
-        return Err(Failure::from(anyhow!("the calibration of {} failed: {reason}; nothing was written", bad.name)));
+        return Err(Failure::from(anyhow!(
+            "the calibration of {} failed: {reason}; nothing was written",
+            bad.name
+        )));
     }
     write(arguments, &files, &cameras)?;
     if arguments.together {
@@ -80,29 +94,34 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn fixed(names: &[Fix]) -> Result<FixedLens, Failure> {
+fn fixed(names: &[Fix]) -> Result<FixedLens, LensPart, Failure> {
     if names.contains(&Fix::Nothing) && names.len() > 1 {
         return Err(Failure::usage(anyhow!("--fix nothing leaves no room for others")));
     }
-    Ok(FixedLens {
-        focal: false,
-        principal: names.contains(&Fix::Principal),
-        k1: names.contains(&Fix::K1),
-        k2: names.contains(&Fix::K2),
-        tangential: names.contains(&Fix::Tangential),
-        k3: names.contains(&Fix::K3),
-    })
+    let parts = names.iter().filter_map(|name| match name {
+        Fix::Nothing => None,
+        Fix::Principal => Some(LensPart::Principal),
+        Fix::K1 => Some(LensPart::K1),
+        Fix::K2 => Some(LensPart::K2),
+        Fix::Tangential => Some(LensPart::Tangential),
+        Fix::K3 => Some(LensPart::K3),
+    });
+    Ok(FixedLens::of(&parts.collect::<Vec<_>>()))
 }
 
 /// Files to write, none of which is there.
 fn files(arguments: &Arguments, names: &[String]) -> Result<Vec<PathBuf>, Failure> {
-    let files: Vec<PathBuf> = names.iter().map(|name| arguments.output.join(format!("{name}.yaml"))).collect();
+    let files: Vec<PathBuf> = names
+        .iter()
+        .map(|name| arguments.output.join(format!("{name}.yaml")))
+        .collect();
     let places = arguments.together.then(|| arguments.output.join(POSES));
     let taken = files.iter().chain(&places).find(|file| file.exists());
     match taken {
-        Some(file) if !arguments.force => {
-            Err(Failure::usage(anyhow!("{} is there already; --force replaces it", file.display())))
-        }
+        Some(file) if !arguments.force => Err(Failure::usage(anyhow!(
+            "{} is there already; --force replaces it",
+            file.display()
+        ))),
         _ => Ok(files),
     }
 }
@@ -139,7 +158,9 @@ fn calibrate(
         let rig = calibrate_cameras(&shots.target, seen, &vec![options; seen.len()])?;
         return Ok((rig.cameras, rig.others));
     }
-    let alone = seen.iter().map(|seen| camera_calibration::calibrate_camera(&shots.target, seen, &options));
+    let alone = seen
+        .iter()
+        .map(|seen| camera_calibration::calibrate_camera(&shots.target, seen, &options));
     Ok((alone.collect::<Result<_, _>>()?, Vec::new()))
 }
 

@@ -45,7 +45,9 @@ pub(crate) struct Arguments {
 }
 
 fn lens_file(text: &str) -> Result<(String, PathBuf), String> {
-    let (camera, file) = text.split_once('=').ok_or("expected CAMERA=FILE, such as c1=calibration/c1.yaml")?;
+    let (camera, file) = text
+        .split_once('=')
+        .ok_or("expected CAMERA=FILE, such as c1=calibration/c1.yaml")?;
     Ok((camera.to_owned(), file.into()))
 }
 
@@ -58,7 +60,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (found, report) = match (&arguments.eye_in_hand, &arguments.eye_to_hand) {
         (Some(camera), _) => eye_in_hand(arguments, &shots, camera)?,
         (None, Some(camera)) => eye_to_hand(arguments, &shots, camera)?,
-        (None, None) => return Err(Failure::usage(anyhow!("--eye-in-hand or --eye-to-hand names the camera"))),
+        (None, None) => {
+            return Err(Failure::usage(anyhow!(
+                "--eye-in-hand or --eye-to-hand names the camera"
+            )));
+        }
     };
     print!("{}", report::hand_eye(&report));
     for pose in &found {
@@ -66,7 +72,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         print!("{}", report::placed(&name, &pose.placed));
     }
     if let Some(reason) = report.shortfalls.first() {
-        return Err(Failure::from(anyhow!("the calibration failed: {reason}; nothing was written")));
+        return Err(Failure::from(anyhow!(
+            "the calibration failed: {reason}; nothing was written"
+        )));
     }
     let poses = found.iter().map(|found| CameraPose {
         deviation_m: Some(found.placed.deviations[1]),
@@ -92,7 +100,10 @@ fn eye_in_hand(arguments: &Arguments, shots: &Shots, camera: &str) -> Result<(Ve
     let thresholds = HandEyeThresholds::default();
     let Some(scene) = &arguments.scene_camera else {
         let result = calibrate_eye_in_hand(&shots.target, &lens, &views, None, &thresholds)?;
-        return Ok((vec![on_flange(arguments, &own, result.flange_from_camera)], result.report));
+        return Ok((
+            vec![on_flange(arguments, &own, result.flange_from_camera)],
+            result.report,
+        ));
     };
     let others = shots.of(scene)?;
     let seen = |shot: &&Shot| SceneView {
@@ -154,7 +165,11 @@ fn views(own: &[&Shot]) -> Result<Vec<HandEyeView>, Failure> {
 fn lens(arguments: &Arguments, own: &[&Shot]) -> Result<PinholeCamera, Failure> {
     let (first, size) = (own[0], own[0].size);
     if let Some(other) = own.iter().find(|shot| shot.size != size) {
-        return Err(Failure::from(anyhow!("{} and {} differ in size", first.name, other.name)));
+        return Err(Failure::from(anyhow!(
+            "{} and {} differ in size",
+            first.name,
+            other.name
+        )));
     }
     let named = arguments.lenses.iter().find(|(camera, _)| *camera == first.camera);
     if let Some((_, file)) = named {
@@ -175,7 +190,9 @@ fn lens_of(file: &Path, [width, height]: [usize; 2]) -> anyhow::Result<PinholeCa
     let (sensor_width, sensor_height) = (whole.width() as usize, whole.height() as usize);
     let factor = sensor_width / width;
     if factor == 0 || (factor * width, factor * height) != (sensor_width, sensor_height) {
-        return Err(anyhow!("it is for {sensor_width} x {sensor_height} pixels, the pictures have {width} x {height}"));
+        return Err(anyhow!(
+            "it is for {sensor_width} x {sensor_height} pixels, the pictures have {width} x {height}"
+        ));
     }
     let binning = Binning {
         horizontal: factor as u32,

@@ -68,13 +68,18 @@ fn views(views: &[ViewReport]) -> impl Iterator<Item = String> {
         Some(reason) => format!("  {}: LEFT OUT: {reason}", view.name),
         None => {
             let mark = if view.rms_px >= worst { ", the worst" } else { "" };
-            format!("  {}: {} corners, RMS {:.3} px{mark}", view.name, view.corners, view.rms_px)
+            format!(
+                "  {}: {} corners, RMS {:.3} px{mark}",
+                view.name, view.corners, view.rms_px
+            )
         }
     })
 }
 
 fn shortfalls(shortfalls: &[Shortfall]) -> impl Iterator<Item = String> {
-    shortfalls.iter().map(|shortfall| format!("  NOT GOOD ENOUGH: {shortfall}"))
+    shortfalls
+        .iter()
+        .map(|shortfall| format!("  NOT GOOD ENOUGH: {shortfall}"))
 }
 
 fn text(lines: &[String]) -> String {

@@ -136,7 +136,9 @@ impl Sources {
     /// Looks for the target in every picture and says on standard output where it was found.
     pub(super) fn read(&self) -> Result<Shots, Failure> {
         if self.bags.is_empty() && self.folders.is_empty() {
-            return Err(Failure::usage(anyhow!("no pictures: name a --bag or a folder of --images")));
+            return Err(Failure::usage(anyhow!(
+                "no pictures: name a --bag or a folder of --images"
+            )));
         }
         let target = self.board.target()?;
         let mut finder = Finder {
@@ -213,7 +215,10 @@ fn views(folder: &Path) -> anyhow::Result<Vec<View>> {
     let mut names = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let name = PathBuf::from(entry?.file_name());
-        if name.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
+        if name
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
+        {
             names.push(name);
         }
     }

@@ -10,8 +10,8 @@ use interfaces::{Message, cdr};
 use photometric::{PixelRays, View};
 use recording::{RawMessage, Topic};
 
-use super::{Captured, Picture};
 use super::places::Places;
+use super::{Captured, Picture};
 
 /// Raw values from here up are saturated: 12 bits in steps of 16.
 const SATURATION: u16 = 65_520;

@@ -39,28 +39,37 @@ pub(crate) fn write(folder: &Path, target: &CharucoTarget, camera: &PinholeCamer
         let (width, height) = (image.width() as u32, image.height() as u32);
         let bytes: Vec<u8> = image.pixels().iter().flat_map(|value| value.to_le_bytes()).collect();
         bag.write("/tf", &arm(&stand.base_from_flange, bag.header("link_base")));
-        bag.write("/cell/c1/camera_info", &CameraInfo {
-            header: header.clone(),
-            width,
-            height,
-            ..CameraInfo::default()
-        });
-        bag.write("/cell/c1/exposure", &Exposure {
-            header: header.clone(),
-            capture_id: format!("stand-{index}"),
-            channel: 7,
-            count: 1,
-            ..Exposure::default()
-        });
-        bag.write("/cell/c1/image_raw", &Image {
-            header,
-            width,
-            height,
-            encoding: "mono16".into(),
-            step: 2 * width,
-            data: bytes.into(),
-            ..Image::default()
-        });
+        bag.write(
+            "/cell/c1/camera_info",
+            &CameraInfo {
+                header: header.clone(),
+                width,
+                height,
+                ..CameraInfo::default()
+            },
+        );
+        bag.write(
+            "/cell/c1/exposure",
+            &Exposure {
+                header: header.clone(),
+                capture_id: format!("stand-{index}"),
+                channel: 7,
+                count: 1,
+                ..Exposure::default()
+            },
+        );
+        bag.write(
+            "/cell/c1/image_raw",
+            &Image {
+                header,
+                width,
+                height,
+                encoding: "mono16".into(),
+                step: 2 * width,
+                data: bytes.into(),
+                ..Image::default()
+            },
+        );
     }
     bag.bag.finish().unwrap();
 }
@@ -80,7 +89,10 @@ impl Writer {
 
     fn write<M: Message>(&mut self, topic: &str, message: &M) {
         let options = OfferedQos::default().into();
-        let topic = self.bag.add_topic(topic, M::TYPE_NAME, M::DEFINITION, &options).unwrap();
+        let topic = self
+            .bag
+            .add_topic(topic, M::TYPE_NAME, M::DEFINITION, &options)
+            .unwrap();
         let bytes = cdr::to_vec(message).unwrap();
         self.bag.write(topic, self.stamp as u64, &bytes).unwrap();
     }

@@ -57,7 +57,11 @@ fn base_from_target() -> RigidTransform {
 fn stands(count: usize) -> Vec<Stand> {
     let stand = |index: usize| {
         let angle = index as f64 * 2.4;
-        let turn = [0.45 * angle.cos(), 0.45 * (1.3 * angle).sin(), 0.6 * (1.7 * angle).sin()];
+        let turn = [
+            0.45 * angle.cos(),
+            0.45 * (1.3 * angle).sin(),
+            0.6 * (1.7 * angle).sin(),
+        ];
         let column = (index % 3) as f64 - 1.0;
         let row = (index / 3 % 3) as f64 - 1.0;
         let camera_from_target = target_at(&TARGET, turn, [0.03 * column, 0.045 * row, 0.36 + 0.03 * angle.cos()]);
@@ -78,19 +82,34 @@ fn a_bag_gives_the_lens_and_then_the_place_on_the_arm() {
     let hand_eye = ["calibrate", "hand-eye", "--eye-in-hand", "c1", "--bag", "bag"];
     let blind = rakelight(folder.path(), &hand_eye);
     assert_eq!(blind.status.code(), Some(2), "{}", text(&blind.stderr));
-    assert!(text(&blind.stderr).contains("--lens c1=FILE"), "{}", text(&blind.stderr));
+    assert!(
+        text(&blind.stderr).contains("--lens c1=FILE"),
+        "{}",
+        text(&blind.stderr)
+    );
 
     let cameras = ["calibrate", "cameras", "--bag", "bag", "-o", "lens", "--binning", "2"];
     let output = rakelight(folder.path(), &cameras);
     let said = text(&output.stdout);
     assert!(output.status.success(), "{said}{}", text(&output.stderr));
-    assert!(said.contains("stand-3, c1: ") && said.contains("the worst") && said.contains("written: lens/c1.yaml"), "{said}");
+    assert!(
+        said.contains("stand-3, c1: ") && said.contains("the worst") && said.contains("written: lens/c1.yaml"),
+        "{said}"
+    );
     let file = CalibrationFile::read(folder.path().join("lens/c1.yaml").to_str().unwrap()).unwrap();
     assert_eq!((file.width(), file.height()), (960, 960));
     let truth = camera().enlarged(2).unwrap();
     for axis in 0..2 {
-        assert!((file.camera().focal()[axis] / truth.focal()[axis] - 1.0).abs() < 1e-3, "{:?}", file.camera());
-        assert!((file.camera().principal()[axis] - truth.principal()[axis]).abs() < 1.0, "{:?}", file.camera());
+        assert!(
+            (file.camera().focal()[axis] / truth.focal()[axis] - 1.0).abs() < 1e-3,
+            "{:?}",
+            file.camera()
+        );
+        assert!(
+            (file.camera().principal()[axis] - truth.principal()[axis]).abs() < 1.0,
+            "{:?}",
+            file.camera()
+        );
     }
     let again = rakelight(folder.path(), &cameras);
     assert_eq!(again.status.code(), Some(2));
@@ -102,10 +121,16 @@ fn a_bag_gives_the_lens_and_then_the_place_on_the_arm() {
     assert!(said.contains("link_eef_from_c1_optical_frame: ["), "{said}");
     let poses = CameraPosesFile::read(&folder.path().join("cameras.yaml")).unwrap();
     let c1 = poses.camera("c1").unwrap();
-    assert_eq!((c1.parent_frame_id.as_str(), c1.frame_id.as_str()), ("link_eef", "c1_optical_frame"));
+    assert_eq!(
+        (c1.parent_frame_id.as_str(), c1.frame_id.as_str()),
+        ("link_eef", "c1_optical_frame")
+    );
     let (found, truth) = (c1.parent_from_camera().unwrap(), flange_from_camera());
     assert!((found.translation() - truth.translation()).norm() < 0.2e-3, "{found:?}");
-    assert!(found.rotation().angle_to(&truth.rotation()).to_degrees() < 0.02, "{found:?}");
+    assert!(
+        found.rotation().angle_to(&truth.rotation()).to_degrees() < 0.02,
+        "{found:?}"
+    );
 }
 
 fn put_png(path: &Path, image: &Image<u16>) {
@@ -118,7 +143,11 @@ fn pictures_that_do_not_do_are_named_with_what_to_do() {
     let images = folder.path().join("images");
     std::fs::create_dir(&images).unwrap();
     for index in 0..3 {
-        let flat = target_at(&TARGET, [0.0, 0.0, 0.2 * f64::from(index)], [0.0, 0.0, 0.34 + 0.02 * f64::from(index)]);
+        let flat = target_at(
+            &TARGET,
+            [0.0, 0.0, 0.2 * f64::from(index)],
+            [0.0, 0.0, 0.34 + 0.02 * f64::from(index)],
+        );
         let image = Picture::USUAL.take(&TARGET, &camera(), &flat);
         put_png(&images.join(format!("{index}.png")), &image);
     }
@@ -133,18 +162,43 @@ fn pictures_that_do_not_do_are_named_with_what_to_do() {
 
     // Fewer than three are left.
     let output = rakelight(folder.path(), &[&calibrate[..], &["--without", "0.png"]].concat());
-    assert!(text(&output.stdout).contains("0.png, c1: left out as wished"), "{}", text(&output.stdout));
-    assert!(text(&output.stderr).contains("2 views can be used, needed are 3"), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stdout).contains("0.png, c1: left out as wished"),
+        "{}",
+        text(&output.stdout)
+    );
+    assert!(
+        text(&output.stderr).contains("2 views can be used, needed are 3"),
+        "{}",
+        text(&output.stderr)
+    );
 
-    let hand_eye = ["calibrate", "hand-eye", "--eye-to-hand", "c1", "--images", "images", "--lens", "c1=none.yaml"];
+    let hand_eye = [
+        "calibrate",
+        "hand-eye",
+        "--eye-to-hand",
+        "c1",
+        "--images",
+        "images",
+        "--lens",
+        "c1=none.yaml",
+    ];
     let output = rakelight(folder.path(), &hand_eye);
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stderr).contains("none.yaml"), "{}", text(&output.stderr));
 
-    std::fs::write(images.join("poses.json"), r#"{"views": [{"image": "0.png", "pose": [1]}]}"#).unwrap();
+    std::fs::write(
+        images.join("poses.json"),
+        r#"{"views": [{"image": "0.png", "pose": [1]}]}"#,
+    )
+    .unwrap();
     let output = rakelight(folder.path(), &calibrate);
     assert_eq!(output.status.code(), Some(2));
-    assert!(text(&output.stderr).contains("unknown field `pose`"), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("unknown field `pose`"),
+        "{}",
+        text(&output.stderr)
+    );
 }
 
 #[test]
@@ -164,18 +218,44 @@ fn a_standing_camera_is_found_from_a_folder_of_pictures() {
             format!(r#"{{"image": "{index}.png", "camera": "c2", "base_from_flange": [{x}, {y}, {z}, {qx}, {qy}, {qz}, {qw}]}}"#)
         })
         .collect();
-    std::fs::write(images.join("poses.json"), format!(r#"{{"views": [{}]}}"#, views.join(", "))).unwrap();
+    std::fs::write(
+        images.join("poses.json"),
+        format!(r#"{{"views": [{}]}}"#, views.join(", ")),
+    )
+    .unwrap();
     let lens = folder.path().join("c2.yaml");
-    CalibrationFile::new("c2", &camera().enlarged(2).unwrap()).write(lens.to_str().unwrap()).unwrap();
-    let calibrate = ["calibrate", "hand-eye", "--eye-to-hand", "c2", "--images", "images", "--lens", "c2=c2.yaml"];
+    CalibrationFile::new("c2", &camera().enlarged(2).unwrap())
+        .write(lens.to_str().unwrap())
+        .unwrap();
+    let calibrate = [
+        "calibrate",
+        "hand-eye",
+        "--eye-to-hand",
+        "c2",
+        "--images",
+        "images",
+        "--lens",
+        "c2=c2.yaml",
+    ];
     let output = rakelight(folder.path(), &calibrate);
-    assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}{}",
+        text(&output.stdout),
+        text(&output.stderr)
+    );
     let poses = CameraPosesFile::read(&folder.path().join("cameras.yaml")).unwrap();
     let c2 = poses.camera("c2").unwrap();
     assert_eq!(c2.parent_frame_id, "link_base");
     let found = c2.parent_from_camera().unwrap();
-    assert!((found.translation() - base_from_camera.translation()).norm() < 0.2e-3, "{found:?}");
-    assert!(found.rotation().angle_to(&base_from_camera.rotation()).to_degrees() < 0.02, "{found:?}");
+    assert!(
+        (found.translation() - base_from_camera.translation()).norm() < 0.2e-3,
+        "{found:?}"
+    );
+    assert!(
+        found.rotation().angle_to(&base_from_camera.rotation()).to_degrees() < 0.02,
+        "{found:?}"
+    );
 }
 
 #[test]
@@ -183,17 +263,31 @@ fn the_target_is_drawn_and_wrong_usage_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let drawn = rakelight(folder.path(), &["calibrate", "target", "--square", "0.02"]);
     assert!(drawn.status.success(), "{}", text(&drawn.stderr));
-    assert!(text(&drawn.stdout).contains("260.0 x 180.0 mm"), "{}", text(&drawn.stdout));
-    assert!(std::fs::read_to_string(folder.path().join("target.svg")).unwrap().contains("width=\"300.000mm\""));
+    assert!(
+        text(&drawn.stdout).contains("260.0 x 180.0 mm"),
+        "{}",
+        text(&drawn.stdout)
+    );
+    assert!(
+        std::fs::read_to_string(folder.path().join("target.svg"))
+            .unwrap()
+            .contains("width=\"300.000mm\"")
+    );
 
     for (arguments, says) in [
         (&["calibrate", "target"][..], "--force"),
-        (&["calibrate", "target", "--square", "9", "-o", "b.svg"], "allowed are 0.001 to 0.5"),
+        (
+            &["calibrate", "target", "--square", "9", "-o", "b.svg"],
+            "allowed are 0.001 to 0.5",
+        ),
         (&["calibrate", "cameras"], "no pictures"),
         (&["calibrate", "cameras", "--bag", "nowhere"], "no bag at nowhere"),
         (&["calibrate", "cameras", "--fix", "everything"], "everything"),
         (&["calibrate", "hand-eye", "--bag", "nowhere"], "--eye-in-hand"),
-        (&["calibrate", "hand-eye", "--eye-to-hand", "c2", "--scene-camera", "c1"], "--eye-in-hand"),
+        (
+            &["calibrate", "hand-eye", "--eye-to-hand", "c2", "--scene-camera", "c1"],
+            "--eye-in-hand",
+        ),
     ] {
         let refused = rakelight(folder.path(), arguments);
         let complained = text(&refused.stderr);
