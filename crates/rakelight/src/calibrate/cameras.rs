@@ -94,7 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn fixed(names: &[Fix]) -> Result<FixedLens, LensPart, Failure> {
+fn fixed(names: &[Fix]) -> Result<FixedLens, Failure> {
     if names.contains(&Fix::Nothing) && names.len() > 1 {
         return Err(Failure::usage(anyhow!("--fix nothing leaves no room for others")));
     }
