@@ -33,7 +33,7 @@ use Layer::{
 fn layer(name: &str) -> Option<Layer> {
     Some(match name {
         "geometry" | "imaging" | "photometric" | "render" | "grasp" | "localization" | "registration"
-        | "deformation" | "kinematics" | "trajectory" | "collision" => Algorithm,
+        | "deformation" | "kinematics" | "trajectory" | "collision" | "camera_calibration" => Algorithm,
         "light_protocol" | "gige_vision" | "xarm_protocol" => Protocol,
         "devices" => Devices,
         "light_serial" | "camera_aravis" | "xarm_tcp" => Driver,

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use geometry::GeometryError;
 use photometric::PhotometricError;
 
 /// What is wrong with a file.
@@ -18,6 +19,23 @@ pub enum CalibrationFileError {
     /// It is not what a file of lights looks like: a key is missing, unknown or of another kind.
     #[error("not a file of lights: {0}")]
     Format(#[from] serde_yaml_ng::Error),
+    /// It is not what a file of cameras looks like: a key is missing, unknown or of another kind.
+    #[error("not a file of cameras: {0}")]
+    CamerasFormat(#[source] serde_yaml_ng::Error),
+    /// A pose is none.
+    #[error("camera {camera}: {source}")]
+    Pose {
+        /// The camera.
+        camera: String,
+        /// Why.
+        source: GeometryError,
+    },
+    /// A camera has two poses.
+    #[error("camera {camera} is there twice")]
+    Twice {
+        /// The camera.
+        camera: String,
+    },
     /// It was written by another version.
     #[error("version {found} of the format, understood is {understood}")]
     Version {

@@ -1,6 +1,6 @@
-//! Calibrations as files people can read: `lights.yaml`.
+//! Calibrations as files people can read: `lights.yaml`, and `cameras.yaml` with the cameras' poses.
 //!
-//! Only the files: fitting is `photometric`'s. What a file says is checked when it is read; a wrong number is named with
+//! Only the files: fitting is `photometric`'s and `camera_calibration`'s; lenses are in files of their own, as ROS has them. What a file says is checked when it is read; a wrong number is named with
 //! its place and what is allowed.
 //!
 //! ```
@@ -16,6 +16,8 @@
 
 mod error;
 mod lights;
+mod poses;
 
 pub use error::CalibrationFileError;
 pub use lights::{LightResidual, LightsFile, MadeWith, PlacementResidual};
+pub use poses::{CameraPose, CameraPosesFile};

@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use camera_aravis::{AravisCamera, CalibrationFile};
 use devices::{AppliedSettings, Camera, CameraError, CameraLink, FrameEvent, Frames, TriggerMode};
-use geometry::RigidTransform;
 use interfaces::sensor_msgs::msg::CameraInfo;
 use interfaces::std_msgs::msg::Header;
 use ros::Node;
@@ -16,14 +15,15 @@ use crate::camera_parameters::{CameraParameters, ImageValues};
 use crate::convert;
 use crate::error::{CaptureFailure, Error};
 use crate::join::TakeEnd;
+use crate::place::Place;
 use crate::record::CameraRecord;
 
 /// A camera of the cell.
 pub(crate) struct CaptureCamera {
     pub(crate) name: String,
     pub(crate) parameters: CameraParameters,
-    /// `parent_from_camera`, if it is known here.
-    pub(crate) pose: Option<RigidTransform>,
+    /// If it is known here.
+    pub(crate) place: Option<Place>,
     pub(crate) record: CameraRecord,
     device: Arc<dyn Camera>,
     calibration: Option<CalibrationFile>,
@@ -63,14 +63,14 @@ impl CaptureCamera {
                 camera: name.to_owned(),
                 problem,
             })?;
-        let pose = parameters.pose()?;
+        let place = parameters.place()?;
         let guid = config.guid.clone();
         let device: Arc<dyn Camera> = Arc::new(AravisCamera::open(config));
         let record = CameraRecord::new(node, name, &guid, device.link());
         Ok(Self {
             name: name.to_owned(),
             parameters,
-            pose,
+            place,
             record,
             device,
             calibration,

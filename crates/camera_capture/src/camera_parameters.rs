@@ -7,11 +7,11 @@ use camera_aravis::CameraConfig;
 use devices::{Binning, CameraSettings, Region, TriggerMode};
 use futures::FutureExt;
 use futures::future::{BoxFuture, select_all};
-use geometry::RigidTransform;
 use ros::Node;
 use ros::parameters::{Parameter, ParameterError, ParameterHandle, ParameterKind, ParameterValue};
 
 use crate::error::Error;
+use crate::place::{GivenPlace, Place};
 
 /// Exposures that fit into a light's longest on-time, microseconds.
 const EXPOSURE_MICROS: RangeInclusive<f64> = 10.0..=900_000.0;
@@ -23,8 +23,9 @@ pub(crate) struct CameraParameters {
     guid: ParameterHandle<String>,
     pub(crate) frame_id: ParameterHandle<String>,
     pub(crate) camera_info_url: ParameterHandle<String>,
-    pub(crate) parent_frame_id: ParameterHandle<String>,
+    parent_frame_id: ParameterHandle<String>,
     pose: ParameterHandle<Vec<f64>>,
+    pose_file: ParameterHandle<String>,
     pub(crate) light_reference: ParameterHandle<Vec<f64>>,
     transport: TransportParameters,
     pub(crate) image: ImageParameters,
@@ -89,13 +90,18 @@ impl CameraParameters {
             parent_frame_id: text(
                 "parent_frame_id",
                 "link_base".into(),
-                "Frame that the camera is fixed to",
+                "Frame that the camera is fixed to; a link of the arm carries it along",
             )?,
             pose: parameters.declare(
                 Parameter::floats(name("pose"), [])
                     .unit("m and unit quaternion")
                     .read_only()
                     .describe("x y z qx qy qz qw of parent_from_camera, told on /tf_static; empty: not known here"),
+            )?,
+            pose_file: text(
+                "pose_file",
+                String::new(),
+                "File of rakelight calibrate hand-eye that has parent and pose instead; empty: they are given here",
             )?,
             light_reference: parameters.declare(
                 Parameter::floats(name("light_reference"), [])
@@ -128,21 +134,15 @@ impl CameraParameters {
         Ok(config)
     }
 
-    /// `parent_from_camera`, if it is known here.
-    pub(crate) fn pose(&self) -> Result<Option<RigidTransform>, Error> {
-        let found = self.pose.get();
-        let refuse = |problem: String| Error::Pose {
-            camera: self.camera.clone(),
-            found: found.clone(),
-            problem,
+    /// Where the camera is, if it is known here.
+    pub(crate) fn place(&self) -> Result<Option<Place>, Error> {
+        let given = GivenPlace {
+            camera: &self.camera,
+            parent_frame_id: self.parent_frame_id.get(),
+            pose: self.pose.get(),
+            file: self.pose_file.get(),
         };
-        match *found.as_slice() {
-            [] => Ok(None),
-            [x, y, z, qx, qy, qz, qw] => RigidTransform::from_quaternion_xyzw([x, y, z], [qx, qy, qz, qw])
-                .map(Some)
-                .map_err(|problem| refuse(problem.to_string())),
-            _ => Err(refuse(format!("{} numbers", found.len()))),
-        }
+        given.place()
     }
 }
 

@@ -37,6 +37,16 @@ pub enum Error {
         /// Value found and values allowed.
         problem: String,
     },
+    /// A file of poses cannot be used.
+    #[error("parameter {camera}.pose_file is {file:?}: {problem}")]
+    PoseFile {
+        /// Its name.
+        camera: String,
+        /// As given.
+        file: String,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// A camera's pose is no pose.
     #[error("parameter {camera}.pose is {found:?}: {problem}; allowed: x y z qx qy qz qw, or nothing")]
     Pose {

@@ -40,6 +40,7 @@ mod keeper;
 mod light_watch;
 mod lights;
 mod parameters;
+mod place;
 mod publish;
 mod record;
 mod service;
@@ -127,15 +128,11 @@ fn publish_queues(node: &Node, cameras: &[CaptureCamera], tasks: &mut JoinSet<()
 
 /// Tells on `/tf_static` where the cameras are, as long as the broadcaster is kept.
 fn tell_places(node: &Node, cameras: &[CaptureCamera]) -> Result<Option<tf::StaticBroadcaster>, Error> {
+    let stamp = node.clock().now_nanos();
     let place = |camera: &CaptureCamera| {
-        let (parent, frame) = (
-            camera.parameters.parent_frame_id.get(),
-            camera.parameters.frame_id.get(),
-        );
-        let stamp = node.clock().now_nanos();
-        camera
-            .pose
-            .map(|pose| tf::StampedTransform::new(&parent, &frame, stamp, pose))
+        let (place, frame) = (camera.place.as_ref()?, camera.parameters.frame_id.get());
+        let pose = place.parent_from_camera;
+        Some(tf::StampedTransform::new(&place.parent_frame_id, &frame, stamp, pose))
     };
     let places: Vec<_> = cameras.iter().filter_map(place).collect();
     if places.is_empty() {

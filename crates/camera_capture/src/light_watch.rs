@@ -70,10 +70,13 @@ impl LightWatch {
         base_frame_id: String,
     ) -> Result<(Self, mpsc::Receiver<Vec<Sample>>), ros::Error> {
         let view = |camera: &CaptureCamera| {
-            let is_fixed = camera.parameters.parent_frame_id.get() == base_frame_id;
+            let standing = camera
+                .place
+                .as_ref()
+                .filter(|place| place.parent_frame_id == base_frame_id);
             let view = View {
                 frame_id: camera.parameters.frame_id.get(),
-                base_from_camera: camera.pose.filter(|_| is_fixed),
+                base_from_camera: standing.map(|place| place.parent_from_camera),
                 reference: camera.parameters.light_reference.clone(),
             };
             (camera.name.clone(), view)

@@ -302,6 +302,25 @@ fn a_saturated_light_is_done_without() {
 }
 
 #[test]
+fn an_empty_table_is_solved_and_has_nothing_on_it() {
+    let (view, rig) = (view(96), LightRig::nominal());
+    // All of the ball's light is taken away: what is left is dark as the mat.
+    let stack = ball_stack(&view, &rig, 0.0);
+    let rays = PixelRays::new(&view.camera);
+    let capture = Capture {
+        stack: &stack,
+        view: &view,
+        rays: &rays,
+        rig: &rig,
+        noise: SensorNoise::RIG,
+    };
+    let found = photometric::solve_view(&capture, &photometric::SolveOptions::default()).unwrap();
+    assert_eq!((found.normals.mask.count(), found.edges.edges.count()), (0, 0));
+    assert!(found.normals.normals.pixels().iter().all(|normal| normal[2].is_nan()));
+    assert!(found.depth.depth.pixels().iter().all(|depth| depth.is_nan()));
+}
+
+#[test]
 fn numbers_that_are_none_are_refused_by_name() {
     let (view, rig) = (view(64), LightRig::nominal());
     let stack = ball_stack(&view, &rig, 1.0);

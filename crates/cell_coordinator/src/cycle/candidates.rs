@@ -7,6 +7,8 @@ use interfaces::rakelight_msgs::msg::Grasp;
 const SAME_CONTACT: f64 = 0.008;
 /// An object that is still there has a grasp this near to the one that was taken, metres.
 const STILL_THERE: f64 = 0.015;
+/// What it lay on has one this much lower, or more.
+const BELOW_IT: f64 = 0.002;
 
 pub(super) fn contact(grasp: &Grasp) -> Point3<f64> {
     Point3::new(grasp.contact.x, grasp.contact.y, grasp.contact.z)
@@ -24,9 +26,8 @@ pub(super) fn worth_trying(grasps: Vec<Grasp>, failed: &[Point3<f64>]) -> Vec<Gr
 
 /// Whether something can still be grasped where an object was taken.
 pub(super) fn is_still_there(grasps: &[Grasp], taken: &Point3<f64>) -> bool {
-    grasps
-        .iter()
-        .any(|grasp| (contact(grasp) - taken).norm() <= STILL_THERE)
+    let is_there = |at: Point3<f64>| (at - taken).norm() <= STILL_THERE && at.z > taken.z - BELOW_IT;
+    grasps.iter().map(contact).any(is_there)
 }
 
 /// "at (0.430, 0.010, 0.029) m", for people.
@@ -70,6 +71,16 @@ mod tests {
         assert!(is_still_there(&[grasp(0.414, false)], &taken));
         assert!(!is_still_there(&[grasp(0.416, true)], &taken));
         assert!(!is_still_there(&[], &taken));
+    }
+
+    #[test]
+    fn what_an_object_lay_on_is_not_the_object() {
+        let mut below = grasp(0.4, true);
+        below.contact.z = -0.003;
+        let taken = Point3::new(0.4, 0.0, 0.0);
+        assert!(!is_still_there(&[below.clone()], &taken));
+        below.contact.z = -0.001;
+        assert!(is_still_there(&[below], &taken));
     }
 
     #[test]

@@ -59,6 +59,18 @@ pub struct EdgeMap {
     pub lights: Vec<u8>,
 }
 
+impl EdgeMap {
+    /// Nothing is there to hide anything.
+    fn without_objects(mask: &Mask) -> Self {
+        let image = mask.as_image();
+        Self {
+            edges: mask.clone(),
+            confidence: Image::filled(image.width(), image.height(), 0.0),
+            lights: Vec::new(),
+        }
+    }
+}
+
 impl Default for EdgeOptions {
     fn default() -> Self {
         Self {
@@ -77,6 +89,9 @@ impl Default for EdgeOptions {
 /// other lights can tell (it takes one overhead, one on the other side, and a fourth).
 pub fn occlusion_edges(input: &EdgeInput<'_>, options: &EdgeOptions) -> Result<EdgeMap, PhotometricError> {
     check(input, options)?;
+    if let Some(mask) = input.mask.filter(|mask| mask.count() == 0) {
+        return Ok(EdgeMap::without_objects(mask));
+    }
     let grid = grid::Grid::new(input, options);
     let lights = grid.lights(input.capture.rig);
     if lights.is_empty() {

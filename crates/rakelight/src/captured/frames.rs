@@ -10,8 +10,8 @@ use interfaces::{Message, cdr};
 use photometric::{PixelRays, View};
 use recording::{RawMessage, Topic};
 
-use super::Captured;
 use super::places::Places;
+use super::{Captured, Picture};
 
 /// Raw values from here up are saturated: 12 bits in steps of 16.
 const SATURATION: u16 = 65_520;
@@ -143,6 +143,22 @@ impl Whole {
                 base_from_camera,
             },
             rays: PixelRays::new(&camera),
+        })
+    }
+}
+
+impl Whole {
+    /// The image under one light, with the lens and where a frame was then, as far as the bag says.
+    pub(super) fn picture(self, light: u8, flange: &str, places: &Places) -> anyhow::Result<Picture> {
+        let lit = self.frames.iter().find(|(exposure, _)| exposure.channel == light);
+        let (_, image) = lit.with_context(|| format!("it has no image under L{light}"))?;
+        Ok(Picture {
+            frame: image.header.frame_id.clone(),
+            image: pixels(image)?,
+            lens: places.camera(&self.camera),
+            base_from_flange: places.base_from(flange, image.header.stamp.to_nanos()),
+            id: self.id,
+            camera: self.camera,
         })
     }
 }

@@ -4,13 +4,19 @@ mod frames;
 mod places;
 
 use anyhow::Context;
-use imaging::ExposureStack;
+use geometry::{PinholeCamera, RigidTransform};
+use imaging::{ExposureStack, Image};
 use interfaces::std_msgs::msg::Header;
 use photometric::{PixelRays, View};
 use recording::Bag;
 
+<<<<<<< HEAD
 use frames::Collector;
 pub(crate) use places::Places;
+=======
+use frames::{Collector, Whole};
+use places::Places;
+>>>>>>> h_camcal
 
 /// One camera's share of a capture.
 pub(crate) struct Captured {
@@ -32,9 +38,42 @@ impl Captured {
     }
 }
 
+/// One camera's image of a capture.
+pub(crate) struct Picture {
+    /// As the exposures say.
+    pub(crate) id: String,
+    /// The topics' common beginning, such as `/cell/c1`.
+    pub(crate) camera: String,
+    /// The camera's optical frame.
+    pub(crate) frame: String,
+    pub(crate) image: Image<u16>,
+    /// As `camera_info` has it.
+    pub(crate) lens: anyhow::Result<PinholeCamera>,
+    pub(crate) base_from_flange: anyhow::Result<RigidTransform>,
+}
+
 /// Hands every whole capture of a bag to `take`, in the order in which their last images were recorded, and gives back
 /// what could not be used, in words.
-pub(crate) fn for_each(bag: &Bag, mut take: impl FnMut(Captured) -> anyhow::Result<()>) -> anyhow::Result<Vec<String>> {
+pub(crate) fn for_each(bag: &Bag, take: impl FnMut(Captured) -> anyhow::Result<()>) -> anyhow::Result<Vec<String>> {
+    for_each_whole(bag, Whole::captured, take)
+}
+
+/// The same with one image of each capture: that under `light`, and where the frame `flange` was then.
+pub(crate) fn for_each_picture(
+    bag: &Bag,
+    light: u8,
+    flange: &str,
+    take: impl FnMut(Picture) -> anyhow::Result<()>,
+) -> anyhow::Result<Vec<String>> {
+    for_each_whole(bag, |whole, places| whole.picture(light, flange, places), take)
+}
+
+/// What `convert` refuses could not be used; what `take` refuses ends it.
+fn for_each_whole<T>(
+    bag: &Bag,
+    convert: impl Fn(Whole, &Places) -> anyhow::Result<T>,
+    mut take: impl FnMut(T) -> anyhow::Result<()>,
+) -> anyhow::Result<Vec<String>> {
     let places = Places::read(bag)?;
     let mut collector = Collector::default();
     let mut problems: Vec<String> = bag.report().damage.iter().map(ToString::to_string).collect();
@@ -47,8 +86,8 @@ pub(crate) fn for_each(bag: &Bag, mut take: impl FnMut(Captured) -> anyhow::Resu
             continue;
         };
         let what = format!("capture {}, {}", whole.id, whole.camera);
-        match whole.captured(&places) {
-            Ok(captured) => take(captured)?,
+        match convert(whole, &places) {
+            Ok(converted) => take(converted)?,
             Err(error) => problems.push(format!("{what}: {error:#}")),
         }
     }

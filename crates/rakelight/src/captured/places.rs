@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use anyhow::{Context, anyhow};
-use geometry::{PinholeCamera, RigidTransform};
+use geometry::{GeometryError, PinholeCamera, RigidTransform};
 use interfaces::sensor_msgs::msg::CameraInfo;
 use interfaces::tf2_msgs::msg::TFMessage;
 use interfaces::{Message, cdr};
@@ -18,7 +18,8 @@ const BASE: &str = "link_base";
 /// What a bag says of its cameras.
 pub(crate) struct Places {
     transforms: Buffer,
-    cameras: BTreeMap<String, PinholeCamera>,
+    /// An uncalibrated camera has none, and the reason.
+    cameras: BTreeMap<String, Result<PinholeCamera, GeometryError>>,
 }
 
 impl Places {
@@ -34,7 +35,8 @@ impl Places {
             let read = if message.topic.type_name == TFMessage::TYPE_NAME {
                 places.add_transforms(&cdr::from_slice(&message.cdr)?, name.ends_with("tf_static"))
             } else {
-                places.add_camera(name, &cdr::from_slice(&message.cdr)?)
+                places.add_camera(name, &cdr::from_slice(&message.cdr)?);
+                Ok(())
             };
             read.with_context(|| format!("a message on {name}"))?;
         }
@@ -53,20 +55,27 @@ impl Places {
         Ok(())
     }
 
-    fn add_camera(&mut self, topic: &str, info: &CameraInfo) -> anyhow::Result<()> {
+    fn add_camera(&mut self, topic: &str, info: &CameraInfo) {
         let Some(name) = topic.strip_suffix("/camera_info") else {
-            return Ok(());
+            return;
         };
         let size = (info.width as usize, info.height as usize);
-        let camera = PinholeCamera::from_camera_info(size.0, size.1, &info.k, &info.distortion_model, &info.d)?;
+        // Who needs no lens reads the images all the same.
+        let camera = PinholeCamera::from_camera_info(size.0, size.1, &info.k, &info.distortion_model, &info.d);
         self.cameras.insert(name.to_owned(), camera);
-        Ok(())
     }
 
     /// Lens of a camera, by the topics' common beginning.
+<<<<<<< HEAD
     pub(crate) fn camera(&self, name: &str) -> anyhow::Result<PinholeCamera> {
         let found = self.cameras.get(name).copied();
         found.ok_or_else(|| anyhow!("the bag has no {name}/camera_info"))
+=======
+    pub(super) fn camera(&self, name: &str) -> anyhow::Result<PinholeCamera> {
+        let found = self.cameras.get(name).cloned();
+        let found = found.ok_or_else(|| anyhow!("the bag has no {name}/camera_info"))?;
+        found.with_context(|| format!("{name}/camera_info"))
+>>>>>>> h_camcal
     }
 
     /// Where a frame was at a time.
