@@ -10,13 +10,8 @@ use interfaces::std_msgs::msg::Header;
 use photometric::{PixelRays, View};
 use recording::Bag;
 
-<<<<<<< HEAD
-use frames::Collector;
-pub(crate) use places::Places;
-=======
 use frames::{Collector, Whole};
-use places::Places;
->>>>>>> h_camcal
+pub(crate) use places::Places;
 
 /// One camera's share of a capture.
 pub(crate) struct Captured {

@@ -66,16 +66,10 @@ impl Places {
     }
 
     /// Lens of a camera, by the topics' common beginning.
-<<<<<<< HEAD
     pub(crate) fn camera(&self, name: &str) -> anyhow::Result<PinholeCamera> {
-        let found = self.cameras.get(name).copied();
-        found.ok_or_else(|| anyhow!("the bag has no {name}/camera_info"))
-=======
-    pub(super) fn camera(&self, name: &str) -> anyhow::Result<PinholeCamera> {
         let found = self.cameras.get(name).cloned();
         let found = found.ok_or_else(|| anyhow!("the bag has no {name}/camera_info"))?;
         found.with_context(|| format!("{name}/camera_info"))
->>>>>>> h_camcal
     }
 
     /// Where a frame was at a time.
