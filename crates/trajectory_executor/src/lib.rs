@@ -42,6 +42,7 @@ pub use path::TrajectoryPath;
 use std::sync::Arc;
 use std::time::Duration;
 
+use devices::ArmCondition;
 use ros::Node;
 use tokio::task::JoinSet;
 use tracing::Instrument;
@@ -135,7 +136,8 @@ fn executor(parameters: &Parameters, arm: &Arc<XArm>) -> Result<Executor, Error>
 /// What `recover` does, once the arm has answered; an arm that needs a person is left as it is.
 async fn arm_when_there(desk: Arc<Desk>) {
     let mut state = desk.executor.arm_state();
-    let there = state.wait_for(|state| state.joints.is_some());
+    let is_known = |condition: &ArmCondition| *condition != ArmCondition::Unknown;
+    let there = state.wait_for(|state| state.joints.is_some() && is_known(&state.condition));
     match tokio::time::timeout(FIRST_CONTACT, there).await {
         Ok(Ok(_)) => {}
         Ok(Err(_)) => return,
@@ -145,7 +147,7 @@ async fn arm_when_there(desk: Arc<Desk>) {
         }
     }
     let state = desk.executor.arm_state().borrow().condition.clone();
-    if let devices::ArmCondition::Fault(fault) = state {
+    if let ArmCondition::Fault(fault) = state {
         tracing::warn!(
             code = fault.code,
             fault.description,
