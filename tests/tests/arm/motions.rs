@@ -64,7 +64,7 @@ async fn what_cannot_be_done_says_where_and_why_and_nothing_moves() {
             "no joint angles within the limits give the pose",
         ),
         (goal(nan), "pose 1: "),
-        (goal(down(0.43, 0.0, -0.05)), "vacuum_cup with mat"),
+        (goal(down(0.43, 0.0, -0.05)), "vacuum_cup with "),
         (MoveToolGoal::default(), "0 poses, allowed are 1 to 1000"),
         (
             MoveToolGoal {

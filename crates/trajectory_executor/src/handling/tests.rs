@@ -110,7 +110,7 @@ fn carried_object_is_neither_pushed_down_nor_drawn_along() {
 #[test]
 fn carried_object_collides_with_the_wall_of_the_bin() {
     let model = model();
-    let into = line(&model, [0.30, 0.30, 0.09], [0.18, 0.36, 0.09], 0.0);
+    let into = line(&model, [0.33, 0.28, 0.09], [0.18, 0.36, 0.09], 0.0);
     let found = refused(&model, &into, &carrying(0.04, 0.05));
     assert_eq!(found.as_deref(), Some("carried object with bin"));
     assert_eq!(refused(&model, &into, &CONTACT), None);
