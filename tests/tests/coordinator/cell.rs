@@ -151,7 +151,7 @@ impl Cell {
                 world.objects.push(0.46);
             }
         });
-        self.stage_is_idle().await;
+        self.idle().await;
         let binned = self.world.look().binned;
         let answer = self.pick().await;
         assert!(answer.success, "{}", answer.message);
@@ -160,8 +160,8 @@ impl Cell {
         self.end().await;
     }
 
-    /// By a subscription of its own, whose first message is the newest.
-    async fn stage_is_idle(&mut self) {
+    /// Waits until the cell is, or sees that it is: by a subscription of its own, whose first message is the newest.
+    pub(crate) async fn idle(&mut self) {
         self.states = self.operator.subscription("state", Qos::LATCHED).unwrap();
         self.stage(CellState::IDLE).await;
     }

@@ -50,7 +50,7 @@ async fn a_stage_that_takes_too_long_is_ended() {
         cell.world.heal();
         cell.recover().await;
         cell.world.change(|world| world.objects = vec![0.42]);
-        cell.stage(CellState::IDLE).await;
+        cell.idle().await;
     }
     cell.picks_again().await;
 }
