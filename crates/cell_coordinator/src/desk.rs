@@ -189,7 +189,7 @@ impl Drop for Busy<'_> {
     fn drop(&mut self) {
         if !self.ended {
             if self.desk.board.is_executing() {
-                self.desk.abandoned.store(true, Ordering::Relaxed);
+                self.desk.abandoned.store(true, Ordering::SeqCst);
             }
             let (stage, waiting_for, _) = self.desk.idle();
             self.desk.board.ended(None, false, stage, waiting_for);
