@@ -97,7 +97,7 @@ impl Desk {
             at_home: self.arm.is_at(&home, patience).await?,
             held: self.held(&state),
         };
-        Ok(Cycle::begin(order, policy, convert::report(&state)))
+        Ok(Cycle::begin(order, policy, &convert::report(&state)))
     }
 
     fn held(&self, state: &ArmState) -> Option<Carried> {
