@@ -97,7 +97,7 @@ impl Desk {
             at_home: self.arm.is_at(&home, patience).await?,
             held: self.held(&state),
         };
-        Ok(Cycle::begin(order, policy, convert::report(&state)))
+        Ok(Cycle::begin(order, policy, &convert::report(&state)))
     }
 
     fn held(&self, state: &ArmState) -> Option<Carried> {
@@ -189,7 +189,7 @@ impl Drop for Busy<'_> {
     fn drop(&mut self) {
         if !self.ended {
             if self.desk.board.is_executing() {
-                self.desk.abandoned.store(true, Ordering::Relaxed);
+                self.desk.abandoned.store(true, Ordering::SeqCst);
             }
             let (stage, waiting_for, _) = self.desk.idle();
             self.desk.board.ended(None, false, stage, waiting_for);

@@ -154,8 +154,9 @@ impl Hands {
         match answer {
             Ok(answer) => require(answer.success, &answer.message).map(|()| Event::Done),
             Err(fault) => {
-                if let Err(error) = self.stop.call(TriggerRequest::default(), QUICK).await {
-                    tracing::warn!(%error, "the way home was not stopped");
+                // No answer comes while this node is being shut down.
+                if self.stop.call(TriggerRequest::default(), QUICK).await.is_err() {
+                    self.halt().await;
                 }
                 Err(fault)
             }

@@ -70,7 +70,8 @@ pub async fn run(node: Node) -> Result<(), Error> {
     tracing::info!("ready");
     node.stop_token().cancelled().await;
     tasks.shutdown().await;
-    if desk.abandoned.load(Ordering::Relaxed) {
+    // In this order: a cycle that is dropped just now is abandoned before the cell is idle.
+    if desk.board.is_executing() || desk.abandoned.load(Ordering::SeqCst) {
         desk.hands.halt().await;
     }
     Ok(())

@@ -63,7 +63,7 @@ async fn run(goal: ActiveGoal<PickCycle>, desk: Arc<Desk>) {
             return end(goal, Kind::Failed, result);
         }
     };
-    let Answer { outcome, timings } = cycle(&goal, wish, &desk).await;
+    let Answer { outcome, timings } = Box::pin(cycle(&goal, wish, &desk)).await;
     end(goal, outcome.kind, result(outcome, timings));
 }
 
@@ -96,7 +96,7 @@ fn wish(goal: &PickCycleGoal) -> Result<Wish, String> {
         modes: vec![mode],
         wanted: Wanted {
             target: goal.target.clone(),
-            direction: goal.direction.clone(),
+            direction: goal.direction,
         },
         dry_run: goal.dry_run,
     })

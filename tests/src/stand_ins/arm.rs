@@ -27,7 +27,9 @@ pub(super) fn serve(node: &Node, world: &World, tasks: &mut JoinSet<()>) {
     tasks.spawn(tell(node.clone(), world.clone()));
     let server = node.action_server("move_tool").expect("an action");
     tasks.spawn(moves(server, world.clone()));
-    vision::serve::<SetBool>(node, "vacuum/set", world, tasks, vacuum);
+    vision::serve::<SetBool>(node, "vacuum/set", world, tasks, |request, refused, world| {
+        vacuum(*request, refused, world)
+    });
     vision::serve::<Trigger>(node, "home", world, tasks, |_, refused, world| {
         world.change(|world| match (&refused, world.mode) {
             (Some(reason), _) => no(reason),
@@ -68,7 +70,7 @@ fn no(message: &str) -> TriggerResponse {
     }
 }
 
-fn vacuum(request: &SetBoolRequest, refused: Option<String>, world: &World) -> SetBoolResponse {
+fn vacuum(request: SetBoolRequest, refused: Option<String>, world: &World) -> SetBoolResponse {
     if refused.is_none() {
         world.change(|world| {
             world.pump = request.data;

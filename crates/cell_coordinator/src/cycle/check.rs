@@ -85,7 +85,7 @@ impl Cycle {
             return self.fail("where the tool is is not known");
         };
         let start_joints = check.joints.clone();
-        self.state = State::Check(check);
+        self.state = State::Check(Box::new(check));
         Some(Command::Move(Move {
             dry: Some(DryRun { start_joints }),
             ..way

@@ -49,14 +49,14 @@ impl Cycle {
                 None
             }
             State::Execute(Step::Release) => self.close(ending),
-            _ => self.interrupt(Next::End(ending)),
+            _ => Some(self.interrupt(Next::End(ending))),
         }
     }
 
-    pub(super) fn interrupt(&mut self, next: Next) -> Option<Command> {
+    pub(super) fn interrupt(&mut self, next: Next) -> Command {
         self.state = State::Interrupting(next);
         self.step_deadline = Some(self.now + self.policy.limits.interrupt);
-        Some(Command::Interrupt)
+        Command::Interrupt
     }
 
     pub(super) fn on_interrupted(&mut self, next: Next, answer: &Event) -> Option<Command> {

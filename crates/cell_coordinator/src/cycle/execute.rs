@@ -173,7 +173,7 @@ impl Cycle {
             }
             State::Execute(Step::Lift | Step::ToBin) if self.seen_held => {
                 self.holds = false;
-                self.interrupt(Next::Dropped)
+                Some(self.interrupt(Next::Dropped))
             }
             _ => None,
         }
@@ -195,13 +195,13 @@ impl Cycle {
         let Some(reach) = task.and_then(|task| task.reach) else {
             self.troubles
                 .push("what the cup held before was put into the bin first".into());
-            return self.look();
+            return Some(self.look());
         };
         if !self.policy.verify {
             return self.succeed();
         }
         self.taken = Some(candidates::contact(&reach.grasp));
-        self.capture()
+        Some(self.capture())
     }
 
     pub(super) fn not_released(&mut self) -> Option<Command> {

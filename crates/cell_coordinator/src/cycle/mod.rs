@@ -88,7 +88,7 @@ enum State {
     Capture,
     Solve,
     Plan,
-    Check(Check),
+    Check(Box<Check>),
     Execute(Step),
     /// What runs was told to end.
     Interrupting(Next),
@@ -99,7 +99,7 @@ enum State {
 
 impl Cycle {
     /// Begins at time zero.
-    pub(crate) fn begin(order: Order, policy: Policy, arm: ArmReport) -> (Self, Option<Command>) {
+    pub(crate) fn begin(order: Order, policy: Policy, arm: &ArmReport) -> (Self, Option<Command>) {
         let mut cycle = Self {
             state: State::Ended,
             now: Duration::ZERO,
@@ -133,7 +133,7 @@ impl Cycle {
     fn start(&mut self) -> Option<Command> {
         match (self.order.held, self.order.at_home) {
             (Some(carried), _) if !self.order.dry_run => self.put_down(carried),
-            (_, true) => self.look(),
+            (_, true) => Some(self.look()),
             (_, false) if self.order.dry_run => {
                 self.enter(Stage::Capture);
                 self.fail("the arm is not at home, where captures are taken from; the service `home` takes it there")
@@ -167,7 +167,7 @@ impl Cycle {
             State::Capture => self.on_captured(answer),
             State::Solve => self.on_solved(answer),
             State::Plan => self.on_planned(answer),
-            State::Check(check) => self.on_checked(check, answer),
+            State::Check(check) => self.on_checked(*check, answer),
             State::Execute(step) => self.on_step(step, answer),
             State::Interrupting(next) => self.on_interrupted(next, &answer),
             State::Closing(ending) => self.on_closed(ending, answer),
@@ -204,7 +204,7 @@ impl Cycle {
     /// The next try, after the arm has been at the object, or the end if there were enough.
     fn again(&mut self) -> Option<Command> {
         if self.attempts < self.policy.attempts {
-            return self.look();
+            return Some(self.look());
         }
         let reason = match self.attempts {
             1 => "gave up after 1 attempt".to_owned(),

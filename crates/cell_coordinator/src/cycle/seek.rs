@@ -8,7 +8,7 @@ use super::{Cycle, State};
 
 impl Cycle {
     /// Looks for something to pick.
-    pub(super) fn look(&mut self) -> Option<Command> {
+    pub(super) fn look(&mut self) -> Command {
         self.taken = None;
         self.mode = 0;
         self.nothing.clear();
@@ -16,17 +16,17 @@ impl Cycle {
     }
 
     /// A new capture, for either purpose.
-    pub(super) fn capture(&mut self) -> Option<Command> {
+    pub(super) fn capture(&mut self) -> Command {
         self.enter(Stage::Capture);
         self.state = State::Capture;
-        Some(Command::Capture {
+        Command::Capture {
             cameras: self.cameras.clone(),
-        })
+        }
     }
 
     pub(super) fn on_home(&mut self, answer: Event) -> Option<Command> {
         match answer {
-            Event::Done => self.look(),
+            Event::Done => Some(self.look()),
             other => self.fail(&format!("the arm did not go home: {}", why(&other))),
         }
     }
@@ -35,7 +35,7 @@ impl Cycle {
         match answer {
             Event::Captured { capture_id } => {
                 self.capture_id = capture_id;
-                self.solve()
+                Some(self.solve())
             }
             Event::Failed(Fault::Refused(reason)) => self.capture_without(&reason),
             other => self.fail(&why(&other)),
@@ -57,12 +57,12 @@ impl Cycle {
         Some(Command::Capture { cameras: left })
     }
 
-    fn solve(&mut self) -> Option<Command> {
+    fn solve(&mut self) -> Command {
         self.enter(Stage::Solve);
         self.state = State::Solve;
-        Some(Command::Solve {
+        Command::Solve {
             capture_id: self.capture_id.clone(),
-        })
+        }
     }
 
     pub(super) fn on_solved(&mut self, answer: Event) -> Option<Command> {
@@ -75,18 +75,18 @@ impl Cycle {
                     self.note(text);
                 }
                 self.enter(Stage::Plan);
-                self.plan()
+                Some(self.plan())
             }
             other => self.fail(&why(&other)),
         }
     }
 
-    fn plan(&mut self) -> Option<Command> {
+    fn plan(&mut self) -> Command {
         self.state = State::Plan;
-        Some(Command::Plan {
+        Command::Plan {
             capture_id: self.capture_id.clone(),
             mode: self.order.modes[self.mode],
-        })
+        }
     }
 
     pub(super) fn on_planned(&mut self, answer: Event) -> Option<Command> {
@@ -124,7 +124,7 @@ impl Cycle {
             });
         if self.mode + 1 < self.order.modes.len() {
             self.mode += 1;
-            return self.plan();
+            return Some(self.plan());
         }
         let reason = format!("nothing to pick: {}", self.nothing.join("; "));
         self.fail(&reason)

@@ -38,7 +38,7 @@ impl Task {
     pub(super) fn of(grasp: Grasp, policy: &Policy) -> Self {
         let carried = carried(&grasp, policy.carried);
         let lift = Move {
-            to: grasp.retreat.clone(),
+            to: grasp.retreat,
             straight: true,
             contact: true,
             carried: Some(carried),
@@ -82,13 +82,13 @@ impl Reach {
             ..Move::default()
         };
         let back = Move {
-            to: grasp.pregrasp.clone(),
+            to: grasp.pregrasp,
             straight: true,
             contact: true,
             ..Move::default()
         };
         let pregrasp = Move {
-            to: grasp.pregrasp.clone(),
+            to: grasp.pregrasp,
             ..Move::default()
         };
         Self {
@@ -111,7 +111,7 @@ fn carried(grasp: &Grasp, default: Carried) -> Carried {
 
 /// The grasp, `overtravel` metres further along the approach.
 fn beyond(grasp: &Grasp, overtravel: f64) -> Pose {
-    let (mut pose, along) = (grasp.grasp.clone(), &grasp.approach_axis);
+    let (mut pose, along) = (grasp.grasp, &grasp.approach_axis);
     pose.position.x += along.x * overtravel;
     pose.position.y += along.y * overtravel;
     pose.position.z += along.z * overtravel;

@@ -21,11 +21,11 @@ pub(super) struct Report {
     contact: Option<[f64; 3]>,
     /// From the request to its answer.
     seconds: f64,
-    stages: Vec<Stage>,
+    stages: Vec<StageTime>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct Stage {
+struct StageTime {
     stage: &'static str,
     succeeded: bool,
     seconds: f64,
@@ -58,7 +58,7 @@ impl Report {
             capture_id: result.capture_id.clone(),
             contact: is_grasped.then_some([contact.x, contact.y, contact.z]),
             seconds: took.as_secs_f64(),
-            stages: result.timings.iter().map(Stage::from).collect(),
+            stages: result.timings.iter().map(StageTime::from).collect(),
         }
     }
 
@@ -81,7 +81,7 @@ impl Report {
             (false, None) => format!("pick {}: not begun", self.pick),
         };
         if !self.stages.is_empty() {
-            let stages: Vec<String> = self.stages.iter().map(Stage::for_people).collect();
+            let stages: Vec<String> = self.stages.iter().map(StageTime::for_people).collect();
             // Writing to a String cannot fail.
             let _ = write!(text, " ({})", stages.join(", "));
         }
@@ -92,7 +92,7 @@ impl Report {
     }
 }
 
-impl From<&interfaces::rakelight_msgs::msg::StageTiming> for Stage {
+impl From<&interfaces::rakelight_msgs::msg::StageTiming> for StageTime {
     fn from(timing: &interfaces::rakelight_msgs::msg::StageTiming) -> Self {
         Self {
             stage: stage_name(timing.stage),
@@ -102,7 +102,7 @@ impl From<&interfaces::rakelight_msgs::msg::StageTiming> for Stage {
     }
 }
 
-impl Stage {
+impl StageTime {
     fn for_people(&self) -> String {
         format!("{} {:.2} s", self.stage, self.seconds)
     }
@@ -296,9 +296,9 @@ mod tests {
     #[test]
     fn several_picks_are_summed_up() {
         let mut summary = Summary::new(4);
-        [picked(1, 7), picked(2, 3), empty(3)]
-            .into_iter()
-            .for_each(|report| summary.add(report));
+        for report in [picked(1, 7), picked(2, 3), empty(3)] {
+            summary.add(report);
+        }
         assert!(!summary.all_succeeded());
         assert_eq!(
             summary.for_people(),

@@ -30,7 +30,9 @@ async fn main() -> anyhow::Result<()> {
     loop {
         let asked = world.look().asked[told..].to_vec();
         told += asked.len();
-        asked.iter().for_each(|what| println!("asked {what}"));
+        for what in asked {
+            println!("asked {what}");
+        }
         changes.changed().await?;
     }
 }

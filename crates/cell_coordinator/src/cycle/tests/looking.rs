@@ -167,9 +167,9 @@ fn over_the_bin_every_turn_of_the_tool_is_tried_and_the_one_that_goes_is_taken()
     let mut story = Story::begin(order(), policy(), Cup::Off);
     story.see(vec![grasp(0.4)]);
     story.tell(moved()).tell(moved()).tell(moved());
-    let first = story.moves().to.clone();
+    let first = story.moves().to;
     story.tell(refused("collision with the wall")).tell(refused("limits"));
-    let third = story.moves().to.clone();
+    let third = story.moves().to;
     assert!(first != third && first.position == third.position);
     story.tell(moved());
     for event in [Event::Done, moved(), held()] {

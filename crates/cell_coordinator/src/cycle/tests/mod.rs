@@ -125,7 +125,7 @@ pub(super) struct Story {
 
 impl Story {
     pub(super) fn begin(order: Order, policy: Policy, cup: Cup) -> Self {
-        let (cycle, wants) = Cycle::begin(order, policy, report(cup));
+        let (cycle, wants) = Cycle::begin(order, policy, &report(cup));
         Self {
             cycle,
             wants,
