@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
-use calibration_files::CameraPose;
 use camera_aravis::CalibrationFile;
 use camera_calibration::{
     CameraCalibration, CameraOptions, CameraViews, FixedLens, LensPart, Placed, TargetView, calibrate_cameras,
@@ -180,13 +179,8 @@ fn write_places(file: &Path, shots: &Shots, cameras: &[CameraCalibration], other
     let mut poses = Vec::new();
     for (camera, other) in cameras[1..].iter().zip(others) {
         let frame = &shots.of(&camera.name)?[0].frame;
-        poses.push(CameraPose {
-            deviation_m: Some(other.deviations[1]),
-            deviation_rad: Some(other.deviations[0]),
-            rms_px: Some(camera.rms_px),
-            views: Some(other.views),
-            ..CameraPose::new(&camera.name, &first, frame, &other.pose)
-        });
+        let (name, rms) = (&camera.name, camera.rms_px);
+        poses.push(super::camera_pose(name, &first, frame, other, rms));
     }
     super::write_poses(file, poses)
 }

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
-use calibration_files::CameraPose;
 use camera_aravis::CalibrationFile;
 use camera_calibration::{
     HandEyeReport, HandEyeThresholds, HandEyeView, Placed, SceneCamera, SceneView, calibrate_eye_in_hand,
@@ -29,7 +28,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "CAMERA")]
     eye_to_hand: Option<String>,
     /// Another camera that stands still and sees the standing target, too.
-    #[arg(long, value_name = "CAMERA", requires = "eye_in_hand")]
+    #[arg(long, value_name = "CAMERA", conflicts_with = "eye_to_hand")]
     scene_camera: Option<String>,
     #[command(flatten)]
     sources: Sources,
@@ -76,13 +75,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             "the calibration failed: {reason}; nothing was written"
         )));
     }
-    let poses = found.iter().map(|found| CameraPose {
-        deviation_m: Some(found.placed.deviations[1]),
-        deviation_rad: Some(found.placed.deviations[0]),
-        rms_px: Some(report.rms_px),
-        views: Some(found.placed.views),
-        ..CameraPose::new(&found.camera, &found.parent, &found.frame, &found.placed.pose)
-    });
+    let pose = |found: &Found| {
+        let rms = report.rms_px;
+        super::camera_pose(&found.camera, &found.parent, &found.frame, &found.placed, rms)
+    };
+    let poses = found.iter().map(pose);
     super::write_poses(&arguments.output, poses.collect())
 }
 

@@ -10,6 +10,7 @@ mod target;
 use std::path::Path;
 
 use calibration_files::{CameraPose, CameraPosesFile};
+use camera_calibration::Placed;
 use clap::{Args, Subcommand};
 
 use crate::failure::Failure;
@@ -40,6 +41,15 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
         What::Target(arguments) => target::run(arguments),
     })
     .await?
+}
+
+/// What a file says of a camera that was found.
+fn camera_pose(camera: &str, parent: &str, frame: &str, placed: &Placed, rms_px: f64) -> CameraPose {
+    let mut pose = CameraPose::new(camera, parent, frame, &placed.pose);
+    let [turn, shift] = placed.deviations;
+    (pose.deviation_rad, pose.deviation_m) = (Some(turn), Some(shift));
+    (pose.rms_px, pose.views) = (Some(rms_px), Some(placed.views));
+    pose
 }
 
 fn write_poses(file: &Path, poses: Vec<CameraPose>) -> Result<(), Failure> {
