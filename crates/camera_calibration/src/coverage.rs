@@ -72,6 +72,6 @@ mod tests {
             [Point2::new(-3.0, 7.0), Point2::new(f64::NAN, 7.0)].into_iter(),
             [600, 400],
         );
-        assert_eq!(none.share(), 0.0);
+        assert_eq!(none.counts, [[0; CELLS]; CELLS]);
     }
 }

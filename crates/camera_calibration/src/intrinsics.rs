@@ -1,7 +1,7 @@
 //! One camera: lens and the target's poses.
 
 use geometry::{PinholeCamera, RigidTransform};
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use crate::bundle::{Bundle, Link, Sighting, State};
 use crate::checks::{Shortfall, Thresholds};
@@ -142,31 +142,18 @@ fn single(
         .iter()
         .filter_map(|matches| homography(matches))
         .collect();
-    let lens = match options.start {
-        Some(camera) => LensValues::of(&camera),
-        None => {
-            let found = zhang::camera_matrix(&homographies, seen.size);
-            let ([fx, fy], [cx, cy]) = found.ok_or_else(|| CameraCalibrationError::NoLens {
-                camera: seen.camera.clone(),
-                views: prepared.used.len(),
-            })?;
-            let middle = seen.size.map(|side| 0.5 * (side as f64 - 1.0));
-            let [cx, cy] = if options.fixed.has_principal() {
-                middle
-            } else {
-                [cx, cy]
-            };
-            LensValues([fx, fy, cx, cy, 0.0, 0.0, 0.0, 0.0, 0.0])
-        }
+    let unknown = || CameraCalibrationError::NoLens {
+        camera: seen.camera.clone(),
+        views: prepared.used.len(),
     };
+    let lens = match options.start {
+        Some(camera) => Some(LensValues::of(&camera)),
+        None => first_lens(&homographies, seen.size, &options.fixed),
+    };
+    let lens = lens.ok_or_else(unknown)?;
     let camera = lens.camera(seen.size)?;
-    let poses = prepared.matches.iter().map(|matches| {
-        first_pose(&camera, matches).ok_or_else(|| CameraCalibrationError::NoLens {
-            camera: seen.camera.clone(),
-            views: prepared.used.len(),
-        })
-    });
-    let poses = poses.collect::<Result<Vec<_>, _>>()?;
+    let poses = prepared.matches.iter().map(|matches| first_pose(&camera, matches));
+    let poses: Vec<RigidTransform> = poses.collect::<Option<_>>().ok_or_else(unknown)?;
     let sightings = prepared.matches.iter().enumerate().map(|(pose, matches)| Sighting {
         camera: 0,
         chain: vec![Link::Sought(pose)],
@@ -184,6 +171,14 @@ fn single(
             poses,
         },
     ))
+}
+
+/// The closed form, no distortion.
+fn first_lens(homographies: &[Matrix3<f64>], size: [usize; 2], fixed: &FixedLens) -> Option<LensValues> {
+    let ([fx, fy], principal) = zhang::camera_matrix(homographies, size)?;
+    let middle = size.map(|side| 0.5 * (side as f64 - 1.0));
+    let [cx, cy] = if fixed.has_principal() { middle } else { principal };
+    Some(LensValues([fx, fy, cx, cy, 0.0, 0.0, 0.0, 0.0, 0.0]))
 }
 
 /// `camera_from_target` without refinement; none when the view does not tell.

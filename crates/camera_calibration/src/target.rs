@@ -139,8 +139,9 @@ impl CharucoTarget {
         if !inner.contains(&bit_x) || !inner.contains(&bit_y) {
             return true;
         }
-        let before = (row * self.columns + column) / 2;
-        let code = DICTIONARY.codes()[before];
+        // Every second square before this one has a marker.
+        let square = row * self.columns + column;
+        let code = DICTIONARY.codes()[square / 2];
         (code >> ((bit_y - 1) * (SIDE - 2) + bit_x - 1)) & 1 == 1
     }
 
@@ -173,7 +174,8 @@ mod tests {
             assert_eq!(board.marker_count(), target.columns * target.rows / 2);
             for (id, place) in board.iter_marker_positions() {
                 let (column, row) = (place.u as usize, place.v as usize);
-                assert_eq!((row * target.columns + column) / 2, id as usize, "{target:?}");
+                let square = row * target.columns + column;
+                assert_eq!(square / 2, id as usize, "{target:?}");
                 assert_eq!((row + column) % 2, 1);
             }
             for id in 0..target.corner_count() {

@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "CAMERA")]
     eye_to_hand: Option<String>,
     /// Another camera that stands still and sees the standing target, too.
-    #[arg(long, value_name = "CAMERA", requires = "eye_in_hand")]
+    #[arg(long, value_name = "CAMERA", conflicts_with = "eye_to_hand")]
     scene_camera: Option<String>,
     #[command(flatten)]
     sources: Sources,

@@ -286,7 +286,7 @@ fn the_target_is_drawn_and_wrong_usage_is_refused() {
         (&["calibrate", "hand-eye", "--bag", "nowhere"], "--eye-in-hand"),
         (
             &["calibrate", "hand-eye", "--eye-to-hand", "c2", "--scene-camera", "c1"],
-            "--eye-in-hand",
+            "cannot be used with",
         ),
     ] {
         let refused = rakelight(folder.path(), arguments);
