@@ -20,8 +20,12 @@ const ALBEDO_PRIOR: f32 = 1.0 / (0.03 * 0.03);
 /// Most that one pixel adds.
 const MOST_COST: f32 = 20.0;
 
+/// A scale that fits better leaves less than this share of the cost.
+const EVIDENCE: f32 = 0.7;
+
 /// Of some scales of the samples' depth the one under which they fit best, with the position between neighbouring scales
-/// that a parabola through their costs says; none when too few pixels are lit well.
+/// that a parabola through their costs says; none when too few pixels are lit well, or when no scale fits clearly better
+/// than the depth as it is, as under a print.
 pub(crate) fn best_scale(
     samples: &Samples<'_>,
     inside: &[u32],
@@ -44,6 +48,10 @@ pub(crate) fn best_scale(
         .map(|&scale| cost(samples, &chosen, gain, scale))
         .collect();
     let best = (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b]))?;
+    let as_it_is = (0..scales.len()).min_by(|&a, &b| (scales[a] - 1.0).abs().total_cmp(&(scales[b] - 1.0).abs()))?;
+    if best != as_it_is && costs[best] > EVIDENCE * costs[as_it_is] {
+        return None;
+    }
     Some(between(scales, &costs, best))
 }
 
