@@ -115,29 +115,10 @@ impl Parameters {
                     .range(0.0..=0.01)
                     .describe("How deep the cup may press into what it touches in a motion with contact"),
             )?,
-            hold_settle: node.parameters().declare(
-                Parameter::float("hold_settle", 0.3)
-                    .unit("s")
-                    .range(0.0..=5.0)
-                    .describe("How long the cup may take to hold something at the end of a motion with until_held"),
-            )?,
-            tool_speed: node.parameters().declare(
-                Parameter::float("tool_speed", 0.25)
-                    .unit("m/s")
-                    .range(0.001..=0.95)
-                    .describe("Largest speed of the tool; above 1 m/s the controller trips"),
-            )?,
-            home: node.parameters().declare(
-                Parameter::floats("home", HOME)
-                    .unit("rad")
-                    .describe("Joint angles of the home position, from the base on"),
-            )?,
-            start_tolerance: node.parameters().declare(
-                Parameter::float("start_tolerance", 0.01)
-                    .unit("rad")
-                    .range(0.0001..=0.1)
-                    .describe("How far a motion may begin from where the arm stands"),
-            )?,
+            hold_settle: declare.hold_settle()?,
+            tool_speed: declare.tool_speed()?,
+            home: declare.home()?,
+            start_tolerance: declare.start_tolerance()?,
         };
         node.parameters().seal()?;
         declared.home()?;
@@ -154,7 +135,7 @@ impl Parameters {
     }
 }
 
-/// For parameters that only count at the start.
+/// Those that are `fixed` only count at the start.
 struct Declare<'a>(&'a Node);
 
 impl Declare<'_> {
@@ -167,5 +148,36 @@ impl Declare<'_> {
             .range(1..=65_535)
             .describe(what);
         Ok(self.fixed(parameter)? as u16)
+    }
+
+    fn hold_settle(&self) -> Result<ParameterHandle<f64>, Error> {
+        let parameter = Parameter::float("hold_settle", 0.3)
+            .unit("s")
+            .range(0.0..=5.0)
+            .describe("How long the cup may take to hold something at the end of a motion with until_held");
+        Ok(self.0.parameters().declare(parameter)?)
+    }
+
+    fn tool_speed(&self) -> Result<ParameterHandle<f64>, Error> {
+        let parameter = Parameter::float("tool_speed", 0.25)
+            .unit("m/s")
+            .range(0.001..=0.95)
+            .describe("Largest speed of the tool; above 1 m/s the controller trips");
+        Ok(self.0.parameters().declare(parameter)?)
+    }
+
+    fn home(&self) -> Result<ParameterHandle<Vec<f64>>, Error> {
+        let parameter = Parameter::floats("home", HOME)
+            .unit("rad")
+            .describe("Joint angles of the home position, from the base on");
+        Ok(self.0.parameters().declare(parameter)?)
+    }
+
+    fn start_tolerance(&self) -> Result<ParameterHandle<f64>, Error> {
+        let parameter = Parameter::float("start_tolerance", 0.01)
+            .unit("rad")
+            .range(0.0001..=0.1)
+            .describe("How far a motion may begin from where the arm stands");
+        Ok(self.0.parameters().declare(parameter)?)
     }
 }
