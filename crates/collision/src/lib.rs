@@ -32,8 +32,8 @@
 //!     angles[1] += time;
 //!     angles
 //! }};
-//! let found = checker.check_motion(&down, 0.001)?.expect("the table is in the way");
-//! assert_eq!((found.contact.link, found.contact.with.name()), ("vacuum_cup", "table"));
+//! let found = checker.check_motion(&down, 0.001)?.expect("the mat lies in the table, and both are in the way");
+//! assert_eq!((found.contact.link, found.contact.with.name()), ("vacuum_cup", "mat"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
