@@ -64,15 +64,15 @@ pub(super) fn placed(name: &str, placed: &Placed) -> String {
 fn views(views: &[ViewReport]) -> impl Iterator<Item = String> {
     let used = views.iter().filter(|view| view.left_out.is_none());
     let worst = used.map(|view| view.rms_px).fold(0.0, f64::max);
-    views.iter().map(move |view| match &view.left_out {
-        Some(reason) => format!("  {}: LEFT OUT: {reason}", view.name),
-        None => {
-            let mark = if view.rms_px >= worst { ", the worst" } else { "" };
-            format!(
-                "  {}: {} corners, RMS {:.3} px{mark}",
-                view.name, view.corners, view.rms_px
-            )
+    views.iter().map(move |view| {
+        if let Some(reason) = &view.left_out {
+            return format!("  {}: LEFT OUT: {reason}", view.name);
         }
+        let mark = if view.rms_px >= worst { ", the worst" } else { "" };
+        format!(
+            "  {}: {} corners, RMS {:.3} px{mark}",
+            view.name, view.corners, view.rms_px
+        )
     })
 }
 
