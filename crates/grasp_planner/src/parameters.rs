@@ -28,8 +28,9 @@ pub(crate) struct Parameters {
     pub(crate) home: Vec<f64>,
 }
 
-/// Diameter and distance from the lip of the gripper in `urdf/xarm7.urdf` (76 x 92 mm, all but the last 12 mm), metres.
-const BODY: [f64; 2] = [0.12, 0.012];
+/// Diameter of the gripper in `urdf/xarm7.urdf` (76 x 92 mm), and its distance from the lip: 12 mm, of which the lip may
+/// give 5 while it is pressed on; metres.
+const BODY: [f64; 2] = [0.12, 0.007];
 
 struct CupParameters {
     diameter: ParameterHandle<f64>,

@@ -6,6 +6,7 @@ use anyhow::{Context, ensure};
 use interfaces::rakelight_msgs::action::{PickCycle, PickCycleGoal, PickCycleResult};
 use interfaces::rcl_interfaces::msg::{Parameter, ParameterType, ParameterValue};
 use interfaces::rcl_interfaces::srv::{SetParameters, SetParametersRequest};
+use interfaces::std_srvs::srv::{Trigger, TriggerRequest};
 use ros::{ActionClient, Node};
 use scenarios::{Domain, NodeProcesses, Place, rakelight, repository};
 use sim::cell::{Cell, CellOptions};
@@ -45,7 +46,7 @@ impl PickCell {
     pub(crate) async fn start(arguments: &Arguments) -> anyhow::Result<Self> {
         let folder = tempfile::tempdir()?;
         let place = Place::new(folder.path());
-        let simulated = Cell::start(place.settle(world(arguments.seed, arguments.objects)?), &CellOptions::default())?;
+        let simulated = Cell::start(place.settle(world(arguments, arguments.seed)?), &CellOptions::default())?;
         simulated.wait_until_rendered(RENDERING)?;
         let (domain, config) = (Domain::claim(), place.config("sim.yaml")?);
         let mut nodes = NodeProcesses::default();
@@ -100,9 +101,17 @@ impl PickCell {
         Ok(result)
     }
 
+    /// Out of whatever fault it is in: nobody can be hurt by a simulated arm.
+    pub(crate) async fn recover(&self) -> anyhow::Result<()> {
+        let client = self.operator.service_client::<Trigger>("recover")?;
+        let answer = client.call(TriggerRequest::default(), CALL).await?;
+        ensure!(answer.success, "the arm does not recover: {}", answer.message);
+        Ok(())
+    }
+
     /// Other objects on the table; the arm and the devices stay.
-    pub(crate) fn scatter(&self, seed: u64, objects: u32) -> anyhow::Result<()> {
-        let mut scattered = world(seed, objects)?;
+    pub(crate) fn scatter(&self, arguments: &Arguments, seed: u64) -> anyhow::Result<()> {
+        let mut scattered = world(arguments, seed)?;
         let now = self.simulated.world();
         scattered.lights.clone_from(&now.lights);
         scattered.cameras.clone_from(&now.cameras);
@@ -133,11 +142,13 @@ impl PickCell {
     }
 }
 
-fn world(seed: u64, objects: u32) -> anyhow::Result<World> {
+/// Clutter in place of the default world's objects.
+fn world(arguments: &Arguments, seed: u64) -> anyhow::Result<World> {
     let mut world = World::read(&repository().join("launch_configs/worlds/table.yaml"))?;
     let scatter = Scatter {
         seed,
-        count: objects,
+        count: arguments.objects,
+        shapes: arguments.shapes.clone(),
         ..Scatter::default()
     };
     world.scene.bodies = scatter.bodies(&[])?;

@@ -31,6 +31,9 @@ pub(crate) struct Arguments {
     /// Objects that lie in a world at the same time.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=8))]
     objects: u32,
+    /// Kinds of shape, separated by commas [default: those that the cup can hold somewhere, whatever their size].
+    #[arg(long, value_delimiter = ',', value_name = "NAMES")]
+    shapes: Vec<String>,
     /// Of the first world.
     #[arg(long, default_value_t = 1)]
     seed: u64,

@@ -49,7 +49,7 @@ pub(crate) async fn run(cell: &PickCell, arguments: &Arguments, speed: f64, coun
     let mut picks = Picks::default();
     let mut seed = arguments.seed;
     while picks.picks.len() < count {
-        cell.scatter(seed, arguments.objects)?;
+        cell.scatter(arguments, seed)?;
         picks.count_shapes(cell);
         clear(cell, seed, count, &mut picks).await?;
         seed += 1;
@@ -59,8 +59,7 @@ pub(crate) async fn run(cell: &PickCell, arguments: &Arguments, speed: f64, coun
 
 /// Until the table is empty, a pick fails, or there were enough.
 async fn clear(cell: &PickCell, seed: u64, count: usize, picks: &mut Picks) -> anyhow::Result<()> {
-    let on_table = |cell: &PickCell| cell.simulated.objects().iter().any(|object| object.place == Place::OnTable);
-    while picks.picks.len() < count && on_table(cell) {
+    while picks.picks.len() < count && !on_table(cell).is_empty() {
         let collisions = cell.simulated.collisions().len();
         let pick = one(cell, seed).await?;
         let new = cell.simulated.collisions().into_iter().skip(collisions);
@@ -69,6 +68,7 @@ async fn clear(cell: &PickCell, seed: u64, count: usize, picks: &mut Picks) -> a
         let failed = pick.taken.is_none();
         picks.picks.push(pick);
         if failed {
+            cell.recover().await?;
             break;
         }
     }
@@ -91,7 +91,8 @@ async fn one(cell: &PickCell, seed: u64) -> anyhow::Result<Pick> {
     let reason = match (&taken, result.success) {
         (None, true) => "said to be in the bin, but it is not".to_owned(),
         (Some(_), false) => format!("in the bin, but said not to be: {}", result.reason),
-        _ => result.reason.clone(),
+        (None, false) => format!("{}; on the table: {}", result.reason, on_table(cell).join(", ")),
+        (Some(_), true) => result.reason.clone(),
     };
     let used = result.grasp != Grasp::default();
     Ok(Pick {
@@ -107,8 +108,16 @@ async fn one(cell: &PickCell, seed: u64) -> anyhow::Result<Pick> {
 }
 
 fn in_bin(cell: &PickCell) -> Vec<String> {
+    names(cell, Place::InBin)
+}
+
+fn on_table(cell: &PickCell) -> Vec<String> {
+    names(cell, Place::OnTable)
+}
+
+fn names(cell: &PickCell, place: Place) -> Vec<String> {
     let objects = cell.simulated.objects().into_iter();
-    objects.filter(|object| object.place == Place::InBin).map(|object| object.name).collect()
+    objects.filter(|object| object.place == place).map(|object| object.name).collect()
 }
 
 fn stages(result: &PickCycleResult, stage: u8) -> impl Iterator<Item = &StageTiming> {
