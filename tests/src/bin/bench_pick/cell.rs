@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use anyhow::{Context, ensure};
 use interfaces::rakelight_msgs::action::{PickCycle, PickCycleGoal, PickCycleResult};
+use interfaces::rakelight_msgs::msg::CellState;
 use interfaces::rcl_interfaces::msg::{Parameter, ParameterType, ParameterValue};
 use interfaces::rcl_interfaces::srv::{SetParameters, SetParametersRequest};
 use interfaces::std_srvs::srv::{Trigger, TriggerRequest};
@@ -68,7 +69,7 @@ impl PickCell {
         Ok(cell)
     }
 
-    /// A dry run succeeds once every node is found.
+    /// Once every node is found, a dry run gets as far as planning.
     async fn wait_until_ready(&self) -> anyhow::Result<()> {
         let dry = PickCycleGoal {
             dry_run: true,
@@ -77,7 +78,7 @@ impl PickCell {
         let deadline = tokio::time::Instant::now() + START;
         loop {
             let answer = self.pick(dry.clone()).await?;
-            if answer.success {
+            if answer.success || answer.failed_stage == CellState::PLAN {
                 return Ok(());
             }
             ensure!(
