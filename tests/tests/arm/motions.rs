@@ -37,10 +37,11 @@ async fn the_tool_goes_along_a_line_and_home_again() {
     assert_eq!((status, result.reason.as_str()), (GoalStatus::Succeeded, ""));
     scene.assert_at(&result.joints, "the end of the line");
     let state = scene
-        .state("the tool's place", |state| state.tcp.position.z < 0.1501)
+        .state("the tool to rest in its place", |state| {
+            state.tcp.position.z < 0.1501 && state.mode == ArmState::READY
+        })
         .await;
     assert!((state.tcp.position.x - 0.40).abs() < 1e-3 && (state.tcp.position.y - 0.10).abs() < 1e-3);
-    assert_eq!(state.mode, ArmState::READY);
 
     let answer = scene.home().await;
     assert!(answer.success, "{}", answer.message);
