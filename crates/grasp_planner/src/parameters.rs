@@ -216,7 +216,12 @@ impl CupParameters {
                 0.0..=0.5,
                 "Of a cylinder that holds the gripper; what is in its way is seen, 0 takes none",
             )?,
-            body_distance: metres("cup.body_distance", BODY[1], 0.0..=0.5, "From the lip to where the gripper begins")?,
+            body_distance: metres(
+                "cup.body_distance",
+                BODY[1],
+                0.0..=0.5,
+                "From the lip to where the gripper begins",
+            )?,
         })
     }
 }

@@ -86,7 +86,10 @@ fn mean(picks: &[Pick], name: &str) -> String {
         return "-".into();
     }
     let stages = picks.iter().flat_map(|pick| &pick.stages);
-    let seconds: f64 = stages.filter(|stage| stage.stage == name).map(|stage| stage.seconds).sum();
+    let seconds: f64 = stages
+        .filter(|stage| stage.stage == name)
+        .map(|stage| stage.seconds)
+        .sum();
     format!("{:.2}", seconds / picks.len() as f64)
 }
 

@@ -87,7 +87,10 @@ pub(crate) async fn run(arguments: Arguments) -> Result<(), Failure> {
 
 async fn picks(node: &Node, place: &Place, arguments: &Arguments, signals: Signals) -> anyhow::Result<()> {
     let client = node.action_client::<PickCycle>("pick_cycle")?;
-    client.wait_for_server(DISCOVERY).await.map_err(|_| place.no_cell(node))?;
+    client
+        .wait_for_server(DISCOVERY)
+        .await
+        .map_err(|_| place.no_cell(node))?;
     readiness::wait(node).await?;
     let Some(folder) = &arguments.record else {
         return one_after_the_other(client, arguments, signals).await;

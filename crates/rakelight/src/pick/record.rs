@@ -47,7 +47,11 @@ impl Recording {
 async fn set(client: &ServiceClient<SetParameters>, parameters: Vec<Parameter>) -> anyhow::Result<()> {
     let answer = client.call(SetParametersRequest { parameters }, PATIENCE).await?;
     for result in &answer.results {
-        ensure!(result.successful, "the coordinator does not record so: {}", result.reason);
+        ensure!(
+            result.successful,
+            "the coordinator does not record so: {}",
+            result.reason
+        );
     }
     Ok(())
 }

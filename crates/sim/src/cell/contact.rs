@@ -1,8 +1,9 @@
 //! What the arm hits: its links, and what its cup carries, against objects, table and bin.
 //!
-//! The cup's lip, the last 12 mm of the tool, may touch: it gives way. Pressed deeper than that it is a collision too.
+//! The cup's lip, the last 12 mm of the tool, may touch, and so may what hangs on it: it gives way. Pressed deeper than that
+//! it is a collision too.
 
-use collision::{ArmModel, CarriedObject, Checker, Scene, Touched};
+use collision::{ArmModel, CarriedObject, Checker, Contact, Scene, Touched};
 use geometry::RigidTransform;
 
 use super::stock::{Inventory, Item, Place};
@@ -13,6 +14,8 @@ mod model;
 
 /// Things that are less deep in each other only touch, metres.
 const TOUCH: f64 = 0.001;
+/// What hangs on the lip may be pressed this deep into something: the lip gives way as much, metres.
+const GIVEN: f64 = 0.003;
 /// A lip that is deeper in something is pressed too far, metres.
 const PRESSED: f64 = 0.005;
 /// Things that an object may lie in when it is picked.
@@ -125,8 +128,11 @@ impl Contacts {
         let free = Checker::new(&self.arm, &self.scene);
         let checkers = std::iter::once(free).chain(self.carried.iter().map(|object| free.carrying(object)));
         let contacts = checkers.filter_map(|checker| checker.check(&moment.joints).ok().flatten());
-        let deepest = contacts.max_by(|a, b| a.depth().total_cmp(&b.depth()))?;
-        (deepest.depth() > TOUCH).then(|| WorldContact {
+        let links: Vec<&str> = self.arm.link_names().collect();
+        let is_hit =
+            |contact: &Contact<'_>| contact.depth() > if links.contains(&contact.link) { TOUCH } else { GIVEN };
+        let deepest = contacts.filter(is_hit).max_by(|a, b| a.depth().total_cmp(&b.depth()))?;
+        Some(WorldContact {
             link: deepest.link.to_owned(),
             object: name_of(deepest.with.name()).to_owned(),
             depth: deepest.depth(),

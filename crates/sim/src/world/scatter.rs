@@ -24,7 +24,7 @@ const TRIES: [u32; 2] = [400, 50];
 /// Objects that stand on the table without touching each other, inside what both cameras see. The same numbers give the
 /// same objects.
 ///
-/// Sizes are drawn from what a hand-sized cup can hold (some 25 to 50 mm across, 3 to 30 mm high), albedos from matte
+/// Sizes are drawn from what a hand-sized cup can hold (25 to 95 mm across, 3 to 30 mm high), albedos from matte
 /// plastics; a third of them is printed. Each stands on its base, turned at random.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]

@@ -7,7 +7,7 @@ use interfaces::rakelight_msgs::action::{PickCycle, PickCycleGoal, PickCycleResu
 use interfaces::rakelight_msgs::msg::CellState;
 use interfaces::rcl_interfaces::msg::{Parameter, ParameterType, ParameterValue};
 use interfaces::rcl_interfaces::srv::{SetParameters, SetParametersRequest};
-use interfaces::std_srvs::srv::{Trigger, TriggerRequest};
+use interfaces::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest};
 use ros::{ActionClient, Node};
 use scenarios::{Domain, NodeProcesses, Place, rakelight, repository};
 use sim::cell::{Cell, CellOptions};
@@ -102,11 +102,19 @@ impl PickCell {
         Ok(result)
     }
 
-    /// Out of whatever fault it is in: nobody can be hurt by a simulated arm.
+    /// Out of whatever fault it is in, without what it holds, and home: nobody can be hurt by a simulated arm.
     pub(crate) async fn recover(&self) -> anyhow::Result<()> {
-        let client = self.operator.service_client::<Trigger>("recover")?;
+        self.call("recover").await?;
+        let vacuum = self.operator.service_client::<SetBool>("vacuum/set")?;
+        let answer = vacuum.call(SetBoolRequest { data: false }, CALL).await?;
+        ensure!(answer.success, "the pump is not switched off: {}", answer.message);
+        self.call("home").await
+    }
+
+    async fn call(&self, name: &str) -> anyhow::Result<()> {
+        let client = self.operator.service_client::<Trigger>(name)?;
         let answer = client.call(TriggerRequest::default(), CALL).await?;
-        ensure!(answer.success, "the arm does not recover: {}", answer.message);
+        ensure!(answer.success, "{name}: {}", answer.message);
         Ok(())
     }
 

@@ -63,7 +63,9 @@ async fn clear(cell: &PickCell, seed: u64, count: usize, picks: &mut Picks) -> a
         let collisions = cell.simulated.collisions().len();
         let pick = one(cell, seed).await?;
         let new = cell.simulated.collisions().into_iter().skip(collisions);
-        picks.collisions.extend(new.map(|contact| format!("seed {seed}: {contact:?}")));
+        picks
+            .collisions
+            .extend(new.map(|contact| format!("seed {seed}: {contact:?}")));
         eprintln!("{:4}/{count} {}", picks.picks.len() + 1, pick.told());
         let failed = pick.taken.is_none();
         picks.picks.push(pick);
@@ -80,18 +82,20 @@ async fn one(cell: &PickCell, seed: u64) -> anyhow::Result<Pick> {
     let before = in_bin(cell);
     // A thin object is tried when there is nothing else.
     let mut result = cell.pick(PickCycleGoal::default()).await?;
+    let mut solid = String::new();
     if !result.success && result.failed_stage == CellState::PLAN {
         let thin = PickCycleGoal {
             mode: PickCycleGoal::THIN,
             ..PickCycleGoal::default()
         };
+        solid = format!("as a solid object: {}; as a thin one: ", result.reason);
         result = cell.pick(thin).await?;
     }
     let taken = in_bin(cell).into_iter().find(|name| !before.contains(name));
     let reason = match (&taken, result.success) {
         (None, true) => "said to be in the bin, but it is not".to_owned(),
         (Some(_), false) => format!("in the bin, but said not to be: {}", result.reason),
-        (None, false) => format!("{}; on the table: {}", result.reason, on_table(cell).join(", ")),
+        (None, false) => format!("{solid}{}; on the table: {}", result.reason, on_table(cell).join(", ")),
         (Some(_), true) => result.reason.clone(),
     };
     let used = result.grasp != Grasp::default();
@@ -117,7 +121,10 @@ fn on_table(cell: &PickCell) -> Vec<String> {
 
 fn names(cell: &PickCell, place: Place) -> Vec<String> {
     let objects = cell.simulated.objects().into_iter();
-    objects.filter(|object| object.place == place).map(|object| object.name).collect()
+    objects
+        .filter(|object| object.place == place)
+        .map(|object| object.name)
+        .collect()
 }
 
 fn stages(result: &PickCycleResult, stage: u8) -> impl Iterator<Item = &StageTiming> {
@@ -160,7 +167,10 @@ impl Pick {
                 self.attempts,
                 self.without_robot()
             ),
-            None => format!("seed {}: MISSED after {} attempts: {}{error}", self.seed, self.attempts, self.reason),
+            None => format!(
+                "seed {}: MISSED after {} attempts: {}{error}",
+                self.seed, self.attempts, self.reason
+            ),
         }
     }
 }

@@ -102,7 +102,10 @@ impl Report {
 }
 
 fn first_tries(picks: &Picks, value: fn(&Pick) -> Option<f64>) -> Vec<f64> {
-    let taken = picks.picks.iter().filter(|pick| pick.taken.is_some() && pick.attempts == 1);
+    let taken = picks
+        .picks
+        .iter()
+        .filter(|pick| pick.taken.is_some() && pick.attempts == 1);
     taken.filter_map(value).collect()
 }
 
@@ -147,10 +150,18 @@ impl fmt::Display for Report {
             "robot: {:.1} s a pick; at 0.25 m/s {:.1} s",
             self.robot_s, self.slow_robot_s
         )?;
-        let shapes: Vec<String> = self.shapes.iter().map(|(shape, count)| format!("{shape} {count}")).collect();
+        let shapes: Vec<String> = self
+            .shapes
+            .iter()
+            .map(|(shape, count)| format!("{shape} {count}"))
+            .collect();
         write!(f, "shapes: {}", shapes.join(", "))?;
         for miss in &self.misses {
-            write!(f, "\nmissed: seed {}, {} attempts: {}", miss.seed, miss.attempts, miss.reason)?;
+            write!(
+                f,
+                "\nmissed: seed {}, {} attempts: {}",
+                miss.seed, miss.attempts, miss.reason
+            )?;
         }
         for contact in &self.contacts {
             write!(f, "\ncollision: {contact}")?;

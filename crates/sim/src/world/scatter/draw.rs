@@ -70,12 +70,12 @@ pub(super) fn circle(mesh: &TriangleMesh) -> (Point2<f64>, f64) {
     (middle, radius)
 }
 
-/// Of sizes (metres) that a cup of 20 mm finds a place on, mostly.
+/// Of sizes (metres) that a cup of 20 mm finds a level place on, but for pyramid, wedge, ball, bent cylinder and relief.
 fn shape(kind: &str, random: &mut fastrand::Rng) -> Result<Shape, SimError> {
     let mut between = |least: f64, most: f64| least + (most - least) * random.f64();
     Ok(match kind {
         "box" => Shape::Box(Cuboid {
-            size: Some([between(0.026, 0.036), between(0.022, 0.03), between(0.01, 0.03)]),
+            size: Some([between(0.026, 0.036), between(0.025, 0.03), between(0.01, 0.03)]),
         }),
         "plate" => {
             let side = between(0.028, 0.036);
@@ -98,39 +98,39 @@ fn shape(kind: &str, random: &mut fastrand::Rng) -> Result<Shape, SimError> {
             height: between(0.006, 0.014),
         }),
         "octagon2" => {
-            let width = between(0.04, 0.056);
+            let width = between(0.085, 0.095);
             Shape::Octagon2(Octagon2 {
                 width,
                 height: 0.29 * width,
             })
         }
         "star" => {
-            let diameter = between(0.044, 0.056);
+            let diameter = between(0.05, 0.06);
             Shape::Star(Star {
                 points: 5,
                 diameter,
-                inner_diameter: 0.55 * diameter,
+                inner_diameter: 0.6 * diameter,
                 height: between(0.006, 0.016),
             })
         }
         "gear" => {
-            let diameter = between(0.036, 0.05);
+            let diameter = between(0.066, 0.072);
             Shape::Gear(Gear {
                 teeth: 14,
                 diameter,
                 root_diameter: 0.8 * diameter,
-                bore: between(0.006, 0.01),
+                bore: between(0.005, 0.007),
                 height: between(0.006, 0.014),
             })
         }
         "cross" => Shape::Cross(Cross {
             length: between(0.04, 0.05),
-            width: between(0.022, 0.026),
+            width: between(0.025, 0.028),
             height: between(0.006, 0.016),
         }),
         "bracket" => Shape::Bracket(Bracket {
-            length: between(0.034, 0.042),
-            width: between(0.014, 0.018),
+            length: between(0.046, 0.054),
+            width: between(0.026, 0.03),
             height: between(0.008, 0.02),
         }),
         "pyramid" => {
