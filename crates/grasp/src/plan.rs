@@ -20,6 +20,8 @@ use crate::view::{View, ViewInput};
 
 /// Pixels around a patch's middle in which its depth is taken.
 const DEPTH_REACH: usize = 3;
+/// An object that comes nearer to the image's border may go on beyond it, pixels.
+const WHOLE: f64 = 3.0;
 
 /// Finds where a cup can hold a solid object.
 ///
@@ -136,21 +138,27 @@ fn by_depth(
     cup: &Cup,
     options: &PlanOptions,
 ) -> Result<Surface, Box<Refused>> {
+    let refused = |failure| {
+        Box::new(Refused {
+            views: vec![view],
+            pixel: Some(shown.patch.middle),
+            contact: None,
+            normal: Some(shown.patch.normal),
+            failures: vec![failure],
+        })
+    };
+    let rim = views[view].rim_of(shown.patch.object);
+    if let Some(failure) = Failure::below(Test::Cut, rim, WHOLE) {
+        return Err(refused(failure));
+    }
     let depth = views[view].depth_near(&shown.patch.inside, DEPTH_REACH);
     let fold = options.search.fold.cos();
-    depth
-        .and_then(|depth| Surface::of_view(views, view, shown, depth, cup, fold))
-        .ok_or_else(|| {
-            Box::new(Refused {
-                views: vec![view],
-                pixel: Some(shown.patch.middle),
-                contact: None,
-                normal: Some(shown.patch.normal),
-                failures: vec![Failure {
-                    test: Test::Depth,
-                    value: 0.0,
-                    allowed: 1.0,
-                }],
-            })
+    let surface = depth.and_then(|depth| Surface::of_view(views, view, shown, depth, cup, fold));
+    surface.ok_or_else(|| {
+        refused(Failure {
+            test: Test::Depth,
+            value: 0.0,
+            allowed: 1.0,
         })
+    })
 }

@@ -35,6 +35,9 @@ pub enum Test {
     Mismatch,
     /// Views with a depth where only one view shows the patch.
     Depth,
+    /// From the object to the image's border, pixels, where only one view shows the patch: its depth is known from where
+    /// the object stands on the table.
+    Cut,
     /// Share of a thin object's outline on which edges were found.
     Outline,
     /// Outlines in the view that could be a thin object's.
@@ -122,6 +125,7 @@ impl fmt::Display for Failure {
                 "views contradict on {percent:.0} % of it, allowed {most_percent:.0} %"
             ),
             Test::Depth => write!(f, "one view shows it, {value:.0} depths there, needed {allowed:.0}"),
+            Test::Cut => write!(f, "one view shows it, {value:.0} pixels from the image's border, needed {allowed:.0}"),
             Test::Outline => write!(f, "edges on {percent:.0} % of the outline, needed {most_percent:.0} %"),
             Test::Outlines => write!(f, "{value:.0} outlines of a thin object, needed {allowed:.0}"),
             Test::OutlinePair => write!(f, "outline in {value:.0} view, needed in {allowed:.0}"),

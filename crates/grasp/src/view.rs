@@ -152,6 +152,19 @@ impl<'a> View<'a> {
         found.get(found.len() / 2).map(|&depth| f64::from(depth))
     }
 
+    /// How near an object comes to the image's border, pixels; far away for no object.
+    pub(crate) fn rim_of(&self, object: u16) -> f64 {
+        let blocks = &self.level.blocks;
+        let (right, below) = (self.input.camera.width() as f64 - 1.0, self.input.camera.height() as f64 - 1.0);
+        let half = blocks.factor as f64 / 2.0;
+        let cells = (0..blocks.cells.len()).filter(|&index| object > 0 && self.level.object_of(index) == object);
+        let rims = cells.map(|index| {
+            let at = blocks.pixel((index % blocks.width) as f64, (index / blocks.width) as f64);
+            at.x.min(at.y).min(right - at.x).min(below - at.y) - half
+        });
+        rims.fold(f64::INFINITY, f64::min)
+    }
+
     /// Along the optical axis; at most 10 m, else the height alone.
     pub(crate) fn distance_to_table(&self, height: f64) -> f64 {
         let [x, y] = self.input.camera.principal();

@@ -288,6 +288,19 @@ fn two_views_need_no_depth() {
 }
 
 #[test]
+fn an_object_that_the_only_view_cuts_off_is_not_taken_at_a_guess() {
+    let at = |y: f64| Body::block(Point3::new(0.43, y, 0.01), [0.06, 0.05, 0.02], Rotation3::identity());
+    let alone = |y: f64| {
+        let seen = see(&[at(y)], SIZE, NOISE);
+        plan(&inputs(&seen)[..1], &Cup::default(), &PlanOptions::default()).unwrap()
+    };
+    let (whole, cut) = (alone(0.0), alone(0.1));
+    assert!(!whole.grasps.is_empty(), "{:?}", whole.refused);
+    assert!(cut.grasps.is_empty(), "{:?}", cut.grasps);
+    assert!(!refused_by(&cut, Test::Cut).is_empty(), "{:?}", cut.refused);
+}
+
+#[test]
 fn nothing_beside_a_wall_is_taken_by_a_stem_that_hits_it() {
     let floor = Body::block(
         Point3::new(0.43, 0.0, 0.005),
