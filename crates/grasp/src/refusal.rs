@@ -125,7 +125,10 @@ impl fmt::Display for Failure {
                 "views contradict on {percent:.0} % of it, allowed {most_percent:.0} %"
             ),
             Test::Depth => write!(f, "one view shows it, {value:.0} depths there, needed {allowed:.0}"),
-            Test::Cut => write!(f, "one view shows it, {value:.0} pixels from the image's border, needed {allowed:.0}"),
+            Test::Cut => write!(
+                f,
+                "one view shows it, {value:.0} pixels from the image's border, needed {allowed:.0}"
+            ),
             Test::Outline => write!(f, "edges on {percent:.0} % of the outline, needed {most_percent:.0} %"),
             Test::Outlines => write!(f, "{value:.0} outlines of a thin object, needed {allowed:.0}"),
             Test::OutlinePair => write!(f, "outline in {value:.0} view, needed in {allowed:.0}"),

@@ -155,7 +155,10 @@ impl<'a> View<'a> {
     /// How near an object comes to the image's border, pixels; far away for no object.
     pub(crate) fn rim_of(&self, object: u16) -> f64 {
         let blocks = &self.level.blocks;
-        let (right, below) = (self.input.camera.width() as f64 - 1.0, self.input.camera.height() as f64 - 1.0);
+        let (right, below) = (
+            self.input.camera.width() as f64 - 1.0,
+            self.input.camera.height() as f64 - 1.0,
+        );
         let half = blocks.factor as f64 / 2.0;
         let cells = (0..blocks.cells.len()).filter(|&index| object > 0 && self.level.object_of(index) == object);
         let rims = cells.map(|index| {

@@ -36,7 +36,7 @@ pub(crate) struct Pick {
 /// Picks, and what happened meanwhile.
 #[derive(Debug, Default)]
 pub(crate) struct Picks {
-    pub(crate) picks: Vec<Pick>,
+    pub(crate) all: Vec<Pick>,
     /// Of arm or what it carried with the world, as the simulator saw them.
     pub(crate) collisions: Vec<String>,
     /// By shape, how many lay on the table.
@@ -48,7 +48,7 @@ pub(crate) async fn run(cell: &PickCell, arguments: &Arguments, speed: f64, coun
     cell.set_tool_speed(speed).await?;
     let mut picks = Picks::default();
     let mut seed = arguments.seed;
-    while picks.picks.len() < count {
+    while picks.all.len() < count {
         cell.scatter(arguments, seed)?;
         picks.count_shapes(cell);
         clear(cell, seed, count, &mut picks).await?;
@@ -59,16 +59,16 @@ pub(crate) async fn run(cell: &PickCell, arguments: &Arguments, speed: f64, coun
 
 /// Until the table is empty, a pick fails, or there were enough.
 async fn clear(cell: &PickCell, seed: u64, count: usize, picks: &mut Picks) -> anyhow::Result<()> {
-    while picks.picks.len() < count && !on_table(cell).is_empty() {
+    while picks.all.len() < count && !on_table(cell).is_empty() {
         let collisions = cell.simulated.collisions().len();
         let pick = one(cell, seed).await?;
         let new = cell.simulated.collisions().into_iter().skip(collisions);
         picks
             .collisions
             .extend(new.map(|contact| format!("seed {seed}: {contact:?}")));
-        eprintln!("{:4}/{count} {}", picks.picks.len() + 1, pick.told());
+        eprintln!("{:4}/{count} {}", picks.all.len() + 1, pick.told());
         let failed = pick.taken.is_none();
-        picks.picks.push(pick);
+        picks.all.push(pick);
         if failed {
             cell.recover().await?;
             break;

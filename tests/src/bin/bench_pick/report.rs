@@ -64,7 +64,7 @@ fn or_nan(values: &[f64], share: f64) -> f64 {
 
 impl Report {
     pub(crate) fn new(fast: &Picks, slow: &Picks, perception: Perception) -> Self {
-        let picks = &fast.picks;
+        let picks = &fast.all;
         let share = |count: usize| count as f64 / picks.len().max(1) as f64;
         let first = |pick: &&Pick| pick.taken.is_some() && pick.attempts == 1;
         let misses: Vec<Pick> = picks.iter().filter(|pick| pick.taken.is_none()).cloned().collect();
@@ -103,7 +103,7 @@ impl Report {
 
 fn first_tries(picks: &Picks, value: fn(&Pick) -> Option<f64>) -> Vec<f64> {
     let taken = picks
-        .picks
+        .all
         .iter()
         .filter(|pick| pick.taken.is_some() && pick.attempts == 1);
     taken.filter_map(value).collect()
