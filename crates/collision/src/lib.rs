@@ -33,7 +33,7 @@
 //!     angles
 //! }};
 //! let found = checker.check_motion(&down, 0.001)?.expect("the mat lies in the table, and both are in the way");
-//! assert_eq!((found.contact.link, found.contact.with.name()), ("vacuum_cup", "mat"));
+//! assert_eq!((found.contact.link, found.contact.with.name()), ("vacuum_gripper", "mat"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

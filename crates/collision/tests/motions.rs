@@ -81,7 +81,10 @@ fn plate_of_points_is_found_too_with_an_object_in_the_tool() {
         .check_motion(&path, TOLERANCE)
         .unwrap()
         .expect("a wall is in the way");
-    assert_eq!((bare.contact.link, bare.contact.with.name()), ("vacuum_cup", "wall"));
+    assert_eq!(
+        (bare.contact.link, bare.contact.with.name()),
+        ("vacuum_gripper", "wall")
+    );
 
     // An object that reaches farther to the side meets the wall before the gripper does.
     let bar = Shape::cuboid(&at(0.0, 0.0, 0.02), [0.03, 0.16, 0.03]).unwrap();

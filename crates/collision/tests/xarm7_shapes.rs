@@ -96,13 +96,16 @@ fn shapes_hold_the_housings() {
 }
 
 #[test]
-fn gripper_is_the_box_of_its_maker() {
+fn gripper_is_the_box_of_its_maker_and_a_narrow_cup() {
     let arm = arm();
     let links = ["vacuum_gripper", "vacuum_cup"].map(|link| arm.shapes(link).expect("a link with shapes"));
     let [body, cup] = links;
     let shapes = links.concat();
     for (point, is_inside) in [
-        ([37.0, 45.0, 125.0], true),
+        ([37.0, 45.0, 113.0], true),
+        ([37.0, 45.0, 115.0], false),
+        ([11.0, 11.0, 125.0], true),
+        ([13.0, 0.0, 120.0], false),
         ([-37.0, -45.0, 1.0], true),
         ([0.0, 0.0, 127.0], false),
         ([39.0, 0.0, 60.0], false),

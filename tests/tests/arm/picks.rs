@@ -128,10 +128,11 @@ async fn the_way_down_ends_when_the_cup_holds_and_the_object_is_lifted() {
     );
     assert!(rests > TOP - 0.002 + 1e-4, "it did not go to the end: {rests}");
     assert!(sealed - rests < GOES_ON, "{sealed} {rests}");
-    let state = scene
-        .state("the hold", |state| state.vacuum == ArmState::VACUUM_HELD)
+    scene
+        .state("the hold at rest", |state| {
+            state.vacuum == ArmState::VACUUM_HELD && state.mode == ArmState::READY
+        })
         .await;
-    assert_eq!(state.mode, ArmState::READY);
 
     let lift = MoveToolGoal {
         contact: true,

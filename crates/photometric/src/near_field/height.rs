@@ -20,12 +20,14 @@ const ALBEDO_PRIOR: f32 = 1.0 / (0.03 * 0.03);
 /// Most that one pixel adds.
 const MOST_COST: f32 = 20.0;
 
-/// A scale that fits better leaves less than this share of the cost.
+/// A scale this near to 1 is believed only if it leaves less than that share of the cost: a print hides the light's change,
+/// and what is left of it are the lights' own errors.
+const NEAR: f32 = 0.05;
 const EVIDENCE: f32 = 0.7;
 
 /// Of some scales of the samples' depth the one under which they fit best, with the position between neighbouring scales
-/// that a parabola through their costs says; none when too few pixels are lit well, or when no scale fits clearly better
-/// than the depth as it is, as under a print.
+/// that a parabola through their costs says; none when too few pixels are lit well, or when one near 1
+/// fits hardly better than the depth as it is.
 pub(crate) fn best_scale(
     samples: &Samples<'_>,
     inside: &[u32],
@@ -49,7 +51,8 @@ pub(crate) fn best_scale(
         .collect();
     let best = (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b]))?;
     let as_it_is = (0..scales.len()).min_by(|&a, &b| (scales[a] - 1.0).abs().total_cmp(&(scales[b] - 1.0).abs()))?;
-    if best != as_it_is && costs[best] > EVIDENCE * costs[as_it_is] {
+    let explains_little = costs[best] > EVIDENCE * costs[as_it_is];
+    if best != as_it_is && explains_little && (scales[best] - 1.0).abs() < NEAR {
         return None;
     }
     Some(between(scales, &costs, best))

@@ -99,7 +99,11 @@ mod tests {
 
     #[test]
     fn times_are_means_and_what_was_missed_says_why() {
-        let line = |success, execute| serde_json::json!({"success": success, "reason": "no seal", "stages": {"plan": 0.1, "execute": execute}});
+        let line = |success, execute| {
+            let stages = [("plan", 0.1), ("execute", execute)];
+            let stages = stages.map(|(stage, seconds)| serde_json::json!({"stage": stage, "seconds": seconds}));
+            serde_json::json!({"success": success, "reason": "no seal", "stages": stages})
+        };
         let outcome = Outcome {
             lines: vec![line(true, 4.0), line(false, 6.0)],
             replays: vec![Replay {
