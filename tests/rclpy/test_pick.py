@@ -61,9 +61,9 @@ class Cell:
     def assert_safe(self):
         """The arm comes to rest, and the pump is off or holds something."""
         seen = len(self.arm)
-        rests = lambda: len(self.arm) > seen and self.arm[-1].mode not in (ArmState.MOVING, ArmState.STOPPING)
-        self.peer.spin_until(rests, "the arm to rest")
-        assert self.arm[-1].vacuum in (ArmState.VACUUM_OFF, ArmState.VACUUM_HELD)
+        moves, pumps = (ArmState.MOVING, ArmState.STOPPING), ArmState.VACUUM_ON
+        is_safe = lambda state: state.mode not in moves and state.vacuum != pumps
+        self.peer.spin_until(lambda: len(self.arm) > seen and is_safe(self.arm[-1]), "the arm to rest without a pump in vain")
 
 
 CELLS = itertools.count(1)
