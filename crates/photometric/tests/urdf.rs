@@ -123,5 +123,5 @@ fn parts_have_their_sizes_and_hang_together() {
             link.name
         );
     }
-    assert_eq!((robot.links.len(), robot.joints.len()), (10, 9));
+    assert_eq!((robot.links.len(), robot.joints.len()), (11, 10));
 }

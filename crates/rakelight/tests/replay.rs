@@ -265,12 +265,12 @@ fn every_scene_of_the_rig_is_resolved_with_grasps() {
     assert!(!outcomes[0]["plan"]["grasps"].as_array().unwrap().is_empty(), "{said}");
 }
 
-/// The simulated cell's, with a cup of 12 mm.
+/// The simulated cell's, with a cup of 12 mm on a gripper that is in nothing's way.
 fn write_config_with_a_small_cup(path: &Path) {
     let folder = repository().join("launch_configs").canonicalize().unwrap();
     let text = std::fs::read_to_string(folder.join("sim.yaml")).unwrap();
     let usual = "cup: {diameter: 0.02";
     assert!(text.contains(usual), "{text}");
-    let small = text.replace(usual, "cup: {diameter: 0.012");
+    let small = text.replace(usual, "cup: {body_diameter: 0.0, diameter: 0.012");
     std::fs::write(path, small.replace("$(dirname)", folder.to_str().unwrap())).unwrap();
 }
