@@ -17,6 +17,7 @@
 mod error;
 mod lights;
 mod poses;
+mod text_file;
 
 pub use error::CalibrationFileError;
 pub use lights::{LightResidual, LightsFile, MadeWith, PlacementResidual};

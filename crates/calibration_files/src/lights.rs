@@ -8,6 +8,7 @@ use photometric::{Bounce, LightRig, PanelModel};
 use serde::{Deserialize, Serialize};
 
 use crate::error::CalibrationFileError;
+use crate::text_file;
 
 /// The version this crate writes and reads.
 const VERSION: u32 = 1;
@@ -127,19 +128,12 @@ impl LightsFile {
 
     /// Reads a file; its rig is checked as well.
     pub fn read(path: &Path) -> Result<Self, CalibrationFileError> {
-        let text = std::fs::read_to_string(path).map_err(|source| CalibrationFileError::Io {
-            path: path.to_owned(),
-            source,
-        })?;
-        Self::from_text(&text)
+        Self::from_text(&text_file::read(path)?)
     }
 
     /// Writes a file; one that is there is replaced.
     pub fn write(&self, path: &Path) -> Result<(), CalibrationFileError> {
-        std::fs::write(path, self.to_text()?).map_err(|source| CalibrationFileError::Io {
-            path: path.to_owned(),
-            source,
-        })
+        text_file::write(path, &self.to_text()?)
     }
 
     /// From a file's text.

@@ -6,6 +6,7 @@ use geometry::RigidTransform;
 use serde::{Deserialize, Serialize};
 
 use crate::error::CalibrationFileError;
+use crate::text_file;
 
 /// The version this crate writes and reads.
 const VERSION: u32 = 1;
@@ -111,19 +112,12 @@ impl CameraPosesFile {
 
     /// Reads a file; its poses are checked as well.
     pub fn read(path: &Path) -> Result<Self, CalibrationFileError> {
-        let text = std::fs::read_to_string(path).map_err(|source| CalibrationFileError::Io {
-            path: path.to_owned(),
-            source,
-        })?;
-        Self::from_text(&text)
+        Self::from_text(&text_file::read(path)?)
     }
 
     /// Writes a file; one that is there is replaced.
     pub fn write(&self, path: &Path) -> Result<(), CalibrationFileError> {
-        std::fs::write(path, self.to_text()?).map_err(|source| CalibrationFileError::Io {
-            path: path.to_owned(),
-            source,
-        })
+        text_file::write(path, &self.to_text()?)
     }
 
     /// From a file's text.

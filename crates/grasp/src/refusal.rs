@@ -23,7 +23,7 @@ pub enum Test {
     Gap,
     /// Mean confidence in the footprint.
     Confidence,
-    /// Distance of the lip's lowest place from the table, metres.
+    /// Distance of the lowest place of lip and gripper from the table, metres.
     TableClearance,
     /// Surface within the cup's and the stem's way, square metres.
     Stem,
@@ -111,7 +111,10 @@ impl fmt::Display for Failure {
             Test::EdgeMoment => write!(f, "edges' first moment is {value:.3}, allowed {allowed:.3}"),
             Test::Gap => write!(f, "lip must give {mm:.2} mm, allowed {least_mm:.2} mm"),
             Test::Confidence => write!(f, "mean confidence is {value:.2}, needed {allowed:.2}"),
-            Test::TableClearance => write!(f, "lip comes within {mm:.1} mm of the table, needed {least_mm:.1} mm"),
+            Test::TableClearance => write!(
+                f,
+                "lip or gripper comes within {mm:.1} mm of the table, needed {least_mm:.1} mm"
+            ),
             Test::Stem => write!(
                 f,
                 "{:.0} square mm of surface in the stem's way, allowed {:.0}",

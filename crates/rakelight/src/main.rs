@@ -9,6 +9,7 @@ mod doctor;
 mod ending;
 mod eval;
 mod failure;
+mod image_message;
 mod nodes;
 mod pick;
 mod place;

@@ -4,10 +4,11 @@ use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, ensure};
-use imaging::{ByteOrder, Image, PngPixel, contact_sheet, gray_picture, gray_to_rgb, write_png};
+use anyhow::Context;
+use imaging::{Image, PngPixel, contact_sheet, gray_picture, gray_to_rgb, write_png};
 
-use super::receiver::{Frame, Frames};
+use super::receiver::Frames;
+use crate::image_message::mono16;
 
 /// The dark frame and L1 to L3 above L4 to L7.
 const COLUMNS: usize = 4;
@@ -19,7 +20,10 @@ pub(super) fn write(folder: &Path, capture_id: &str, frames: &Frames) -> anyhow:
     fs::create_dir_all(&originals).with_context(|| format!("cannot create {}", originals.display()))?;
     let mut sheets = Vec::new();
     for (camera, frames) in frames {
-        let images: Vec<Image<u16>> = frames.iter().map(decode).collect::<Result<_, _>>()?;
+        let images: Vec<Image<u16>> = frames
+            .iter()
+            .map(|frame| mono16(&frame.image))
+            .collect::<anyhow::Result<_>>()?;
         for (frame, image) in frames.iter().zip(&images) {
             let exposure = &frame.exposure;
             let name = format!("{camera}_{}_{}.png", exposure.index, light(exposure.channel));
@@ -38,28 +42,6 @@ pub(super) fn light(channel: u8) -> String {
         0 => "dark".into(),
         number => format!("L{number}"),
     }
-}
-
-fn decode(frame: &Frame) -> anyhow::Result<Image<u16>> {
-    let message = &frame.image;
-    ensure!(
-        message.encoding == "mono16",
-        "an image is encoded as {:?}; expected mono16",
-        message.encoding
-    );
-    let order = if message.is_bigendian == 0 {
-        ByteOrder::Little
-    } else {
-        ByteOrder::Big
-    };
-    let (width, height) = (message.width as usize, message.height as usize);
-    Ok(Image::from_bytes(
-        width,
-        height,
-        message.step as usize,
-        order,
-        &message.data,
-    )?)
 }
 
 /// All images side by side in the order of the sequence, linear, the brightest pixel of all white.

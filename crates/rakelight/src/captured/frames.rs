@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Context, bail, ensure};
-use imaging::{ByteOrder, ExposureStack, Image};
+use anyhow::{Context, ensure};
+use imaging::ExposureStack;
 use interfaces::rakelight_msgs::msg::Exposure;
 use interfaces::sensor_msgs::msg::Image as ImageMessage;
 use interfaces::{Message, cdr};
@@ -12,6 +12,7 @@ use recording::{RawMessage, Topic};
 
 use super::places::Places;
 use super::{Captured, Picture};
+use crate::image_message::mono16;
 
 /// Raw values from here up are saturated: 12 bits in steps of 16.
 const SATURATION: u16 = 65_520;
@@ -120,7 +121,7 @@ impl Whole {
         let images = self
             .frames
             .iter()
-            .map(|(exposure, image)| Ok((exposure.channel, pixels(image)?)));
+            .map(|(exposure, image)| Ok((exposure.channel, mono16(image)?)));
         let images = images.collect::<anyhow::Result<Vec<_>>>()?;
         let stack = ExposureStack::new(&channels, images, SATURATION)?;
         let camera = places.camera(&self.camera)?;
@@ -154,30 +155,11 @@ impl Whole {
         let (_, image) = lit.with_context(|| format!("it has no image under L{light}"))?;
         Ok(Picture {
             frame: image.header.frame_id.clone(),
-            image: pixels(image)?,
+            image: mono16(image)?,
             lens: places.camera(&self.camera),
             base_from_flange: places.base_from(flange, image.header.stamp.to_nanos()),
             id: self.id,
             camera: self.camera,
         })
     }
-}
-
-fn pixels(image: &ImageMessage) -> anyhow::Result<Image<u16>> {
-    if image.encoding != "mono16" {
-        bail!("an image has the encoding {:?}, understood is mono16", image.encoding);
-    }
-    let order = if image.is_bigendian == 0 {
-        ByteOrder::Little
-    } else {
-        ByteOrder::Big
-    };
-    let (width, height) = (image.width as usize, image.height as usize);
-    Ok(Image::from_bytes(
-        width,
-        height,
-        image.step as usize,
-        order,
-        &image.data,
-    )?)
 }

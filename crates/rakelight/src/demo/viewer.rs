@@ -5,11 +5,13 @@ use std::io::BufWriter;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context, ensure};
-use imaging::{ByteOrder, Image, Mask, normal_picture, write_png};
+use anyhow::Context;
+use imaging::{Mask, normal_picture, write_png};
 use interfaces::sensor_msgs::msg::Image as ImageMessage;
 use ros::{Node, NodeOptions, Qos};
 use tokio::sync::mpsc;
+
+use crate::image_message::normal_map;
 
 /// A normal map and whose it is.
 pub(crate) struct Map {
@@ -56,24 +58,12 @@ impl Viewer {
 
 /// Writes the map in colours, black outside the mask, and gives the share of pixels that are measured.
 pub(crate) fn write_picture(map: &Map, mask: Option<&Mask>, path: &Path) -> anyhow::Result<f64> {
-    let message = &map.image;
-    ensure!(
-        message.encoding == "32FC3",
-        "the normal map is encoded as {:?}; expected 32FC3",
-        message.encoding
-    );
-    let order = if message.is_bigendian == 0 {
-        ByteOrder::Little
-    } else {
-        ByteOrder::Big
-    };
-    let (width, height) = (message.width as usize, message.height as usize);
-    let mut normals: Image<[f32; 3]> = Image::from_bytes(width, height, message.step as usize, order, &message.data)?;
+    let mut normals = normal_map(&map.image)?;
     if let Some(mask) = mask {
         mask.fill_outside(&mut normals, [f32::NAN; 3])?;
     }
     let file = File::create(path).with_context(|| format!("cannot write {}", path.display()))?;
     write_png(&normal_picture(&normals), BufWriter::new(file))?;
     let measured = normals.pixels().iter().filter(|normal| normal[2].is_finite()).count();
-    Ok(measured as f64 / mask.map_or(width * height, Mask::count) as f64)
+    Ok(measured as f64 / mask.map_or(normals.pixels().len(), Mask::count) as f64)
 }

@@ -16,7 +16,6 @@ use recording::Bag;
 use ros::{Node, Qos, ServiceClient, Subscription};
 
 use super::compare;
-use super::maps::normal_map;
 use super::outcome::{CameraOutcome, GraspOutcome, Outcome, PlanOutcome};
 use super::recorded::{Recorded, first_stamp, is_result};
 use super::settings::Settings;
@@ -24,6 +23,7 @@ use super::{Nodes, WAIT_FOR_SOLVER};
 use crate::bag::captures::Capture;
 use crate::bag::cut;
 use crate::failure::Failure;
+use crate::image_message::normal_map;
 use crate::nodes::Running;
 
 /// A little more than the nodes' own patience.

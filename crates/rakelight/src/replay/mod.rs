@@ -2,7 +2,6 @@
 
 mod bench;
 mod compare;
-mod maps;
 mod outcome;
 mod pictures;
 mod recorded;

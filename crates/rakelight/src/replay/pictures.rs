@@ -13,10 +13,10 @@ use interfaces::sensor_msgs::msg::Image as ImageMessage;
 use recording::Bag;
 
 use super::bench::Results;
-use super::maps::{normal_map, pixels};
 use super::settings::Settings;
 use crate::bag::captures::Capture;
 use crate::captured::Places;
+use crate::image_message::{normal_map, pixels};
 
 /// White pixels between two pictures.
 const GAP: usize = 6;
