@@ -34,16 +34,20 @@ class HarnessError(AssertionError):
 class Domain:
     """A ROS domain that no other test on this machine uses, held by a lock on `rakelight_domains/NN.lock`.
 
-    The Rust tests take theirs from the same folder. The kernel gives the lock back when the holder dies.
+    The Rust tests take theirs from the same folder. The kernel gives the lock back when the holder dies. The next test
+    takes another one: children of a killed program may speak in this one for a moment longer.
     """
 
+    _claimed = 0
+
     def __init__(self):
+        Domain._claimed += 1
         folder = pathlib.Path(os.environ.get("TMPDIR", "/tmp")) / "rakelight_domains"
         folder.mkdir(parents=True, exist_ok=True)
         count = LAST_DOMAIN - FIRST_DOMAIN + 1
         for offset in range(count):
             # Neighbouring processes begin at different places, so that they rarely ask for the same one.
-            number = FIRST_DOMAIN + (os.getpid() * 7 + offset) % count
+            number = FIRST_DOMAIN + (os.getpid() * 7 + Domain._claimed + offset) % count
             file = open(folder / f"{number:02}.lock", "a")
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
