@@ -19,6 +19,7 @@ pub mod stand_ins;
 
 mod domain;
 mod logs;
+mod picking_cell;
 mod place;
 mod program;
 mod rendered_capture;
@@ -27,6 +28,7 @@ mod waiting;
 
 pub use domain::Domain;
 pub use logs::Logs;
+pub use picking_cell::{PickingCell, PickingOptions, table_with};
 pub use place::{NodeProcesses, Place, rakelight, repository};
 pub use program::Program;
 pub use rendered_capture::RenderedCapture;

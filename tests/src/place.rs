@@ -6,6 +6,7 @@ use std::process::Stdio;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
+use rustix::process::{Pid, Signal, kill_process};
 use sim::world::World;
 use tokio::process::{Child, Command};
 
@@ -112,6 +113,19 @@ impl NodeProcesses {
             .kill_on_drop(true);
         let child = command.spawn().with_context(|| format!("cannot start {command:?}"))?;
         self.processes.push(child);
+        Ok(())
+    }
+
+    /// Sends all of them a signal.
+    ///
+    /// # Errors
+    ///
+    /// When one has ended already.
+    pub(crate) fn signal(&self, signal: Signal) -> anyhow::Result<()> {
+        for process in &self.processes {
+            let id = process.id().and_then(|id| Pid::from_raw(id as i32));
+            kill_process(id.context("the process has ended")?, signal)?;
+        }
         Ok(())
     }
 

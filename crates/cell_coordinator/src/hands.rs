@@ -192,6 +192,7 @@ impl Hands {
         Ok(Event::Moved {
             held: result.held,
             joints: result.joints.clone(),
+            duration: result.duration.try_into().unwrap_or(Duration::MAX),
         })
     }
 

@@ -23,6 +23,7 @@ pub(crate) struct Parameters {
     carried: CarriedParameters,
     bin: BinParameters,
     lift: ParameterHandle<f64>,
+    longest_leg: ParameterHandle<f64>,
     timeouts: Timeouts,
     pub(crate) record: ParameterHandle<String>,
     pub(crate) record_folder: ParameterHandle<String>,
@@ -95,6 +96,12 @@ impl Parameters {
                 0.0..=0.5,
                 "How far up an object is lifted that the cup holds when a cycle begins",
             )?,
+            longest_leg: declare.seconds(
+                "longest_leg",
+                20.0,
+                1.0..=600.0,
+                "A leg of the way that would take longer is refused: near a singularity the arm is slow",
+            )?,
             timeouts: Timeouts::declare(&declare)?,
             record: parameters.declare(record)?,
             record_folder: parameters.declare(folder)?,
@@ -120,6 +127,7 @@ impl Parameters {
             carried: self.carried(),
             bin: self.bin.read()?,
             lift: self.lift.get(),
+            longest_leg: Duration::from_secs_f64(self.longest_leg.get()),
             limits: self.timeouts.limits(),
         })
     }

@@ -4,6 +4,7 @@ use geometry::nalgebra::{Matrix5, Point3, Vector2, Vector3, Vector5};
 
 use crate::directions::across;
 use crate::region::Region;
+use crate::specks::open_specks;
 use crate::view::View;
 
 /// A plane with axes.
@@ -137,11 +138,6 @@ impl Chart {
         }
     }
 
-    /// Interpolated normal (times presence) and presence; nothing outside.
-    pub(crate) fn interpolated(&self, x: f64, y: f64) -> [f32; 4] {
-        interpolated(&self.grid, [x, y], |index| self.cells[index].values())
-    }
-
     /// Normals and presence of each cell, blurred by the binomial filter 1 4 6 4 1 in both directions: interpolated between
     /// sharp cells, a border would look blunter than at the cells, and a sweep would stop there.
     pub(crate) fn blurred(&self) -> Blurred {
@@ -170,8 +166,17 @@ impl Chart {
         }
     }
 
+    /// By cell: on the object with a normal within an angle of the plane's, or a speck in such a surface.
+    pub(crate) fn open(&self, least_cosine: f64) -> Vec<bool> {
+        let mut open: Vec<bool> = (0..self.cells.len())
+            .map(|index| self.is_open(index, least_cosine))
+            .collect();
+        open_specks(&mut open, self.grid.side(), self.grid.pitch);
+        open
+    }
+
     /// On the object with a normal within an angle of the plane's.
-    pub(crate) fn is_open(&self, index: usize, least_cosine: f64) -> bool {
+    fn is_open(&self, index: usize, least_cosine: f64) -> bool {
         let cell = &self.cells[index];
         cell.inside > 0.5 && f64::from(cell.normal[2]) >= least_cosine
     }
@@ -187,7 +192,7 @@ pub(crate) struct Blurred {
 }
 
 impl Blurred {
-    /// Nothing outside.
+    /// Normal (times presence) and presence; nothing outside.
     pub(crate) fn interpolated(&self, x: f64, y: f64) -> [f32; 4] {
         interpolated(&self.grid, [x, y], |index| self.values[index])
     }

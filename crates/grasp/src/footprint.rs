@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use geometry::nalgebra::Vector3;
 
-use crate::chart::Chart;
+use crate::chart::{Blurred, Chart};
 
 /// Places on the rim, and rings from the middle to it, at which slopes are read.
 const SPOKES: usize = 32;
@@ -47,7 +47,7 @@ impl Footprint {
             edge_moment,
             confidence,
             normal,
-            gap: gap(chart, circle.radius),
+            gap: gap(&chart.blurred(), circle.radius),
             border: border(chart, circle.fold),
         }
     }
@@ -91,8 +91,8 @@ fn mean(chart: &Chart, radius: f64) -> (f64, Vector3<f64>) {
 }
 
 /// Heights by adding up slopes, around the rim and from the middle to it. What does not close around the rim is spread
-/// over it: it is noise, or a step, and steps are for the edges.
-fn gap(chart: &Chart, radius: f64) -> f64 {
+/// over it: it is noise, or a step, and steps are for the edges. The normals are blurred, as a lip is wider than a pixel.
+fn gap(chart: &Blurred, radius: f64) -> f64 {
     let along = |spoke: usize| {
         let (sin, cos) = (TAU * spoke as f64 / SPOKES as f64).sin_cos();
         (cos, sin)
@@ -126,13 +126,14 @@ fn gap(chart: &Chart, radius: f64) -> f64 {
 }
 
 /// Rise along u and along v; level where there is no normal.
-fn slopes(chart: &Chart, x: f64, y: f64) -> [f64; 2] {
+fn slopes(chart: &Blurred, x: f64, y: f64) -> [f64; 2] {
     let [nu, nv, n, _] = chart.interpolated(x, y).map(f64::from);
     if n > 0.1 { [-nu / n, -nv / n] } else { [0.0; 2] }
 }
 
 fn border(chart: &Chart, fold: f64) -> f64 {
-    let closed = (0..chart.cells.len()).filter(|&index| !chart.is_open(index, fold));
+    let open = chart.open(fold);
+    let closed = (0..open.len()).filter(|&index| !open[index]);
     let squared = closed.map(|index| {
         let [x, y] = chart.grid.position(index);
         x * x + y * y

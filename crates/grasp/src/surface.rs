@@ -163,8 +163,8 @@ impl Surface {
     /// and to the object's centre of mass.
     pub(crate) fn best_place(&self, cup: &Cup, fold: f64, centre: &Point3<f64>) -> Place {
         let grid = self.charts[0].grid;
-        let open = |index: usize| self.charts.iter().all(|chart| chart.is_open(index, fold));
-        let patch = squared_distances(grid.side(), open);
+        let open: Vec<Vec<bool>> = self.charts.iter().map(|chart| chart.open(fold)).collect();
+        let patch = squared_distances(grid.side(), |index| open.iter().all(|open| open[index]));
         let radii = |squared: f32| f64::from(squared).sqrt() * grid.pitch / cup.radius();
         let level = |x: f64, y: f64| (self.tangent.at(x, y) - centre).xy().norm();
         let merit = |index: usize| {

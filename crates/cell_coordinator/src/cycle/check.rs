@@ -1,10 +1,14 @@
 //! The dry run of a whole way, before anything moves.
 
+use std::time::Duration;
+
+use interfaces::rakelight_msgs::msg::Grasp;
+
 use super::candidates::{self, place};
 use super::dialogue::{Command, DryRun, Event, Fault, Move};
 use super::order::Carried;
 use super::stage::Stage;
-use super::way::{self, TURNS, Task};
+use super::way::{self, TURNS, TURNS_AT_OBJECT, Task};
 use super::{Cycle, State};
 
 /// A way that is being checked, leg by leg.
@@ -13,8 +17,10 @@ pub(super) struct Check {
     leg: Leg,
     /// Where the leg begins; empty: where the arm stands.
     joints: Vec<f64>,
-    /// Why the first way over the bin cannot be.
-    refusal: Option<String>,
+    /// As the planner gave it, and how often the tool is turned about its own axis.
+    grasp: Option<(Grasp, u32)>,
+    /// Which leg of the first way cannot be, and why.
+    refusal: Option<(Leg, String)>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,7 +64,19 @@ impl Cycle {
         let Some(grasp) = self.candidates.pop_front() else {
             return self.fail("none of the grasps can be executed");
         };
-        self.check(Task::of(grasp, &self.policy), Leg::Pregrasp)
+        self.check_turned(grasp, 0, None)
+    }
+
+    /// The same contact, with the tool turned so often.
+    fn check_turned(&mut self, grasp: Grasp, turn: u32, refusal: Option<(Leg, String)>) -> Option<Command> {
+        let task = Task::of(way::turned(grasp.clone(), turn), &self.policy);
+        self.check_leg(Check {
+            task,
+            leg: Leg::Pregrasp,
+            joints: Vec::new(),
+            grasp: Some((grasp, turn)),
+            refusal,
+        })
     }
 
     /// What the cup holds goes into the bin first.
@@ -68,14 +86,11 @@ impl Cycle {
         let Some(tool) = self.tool else {
             return self.fail("the cup holds an object, and where is not known");
         };
-        self.check(Task::put_down(carried, &tool, &self.policy), Leg::Lift)
-    }
-
-    fn check(&mut self, task: Task, leg: Leg) -> Option<Command> {
         self.check_leg(Check {
-            task,
-            leg,
+            task: Task::put_down(carried, &tool, &self.policy),
+            leg: Leg::Lift,
             joints: Vec::new(),
+            grasp: None,
             refusal: None,
         })
     }
@@ -107,6 +122,9 @@ impl Cycle {
 
     pub(super) fn on_checked(&mut self, check: Check, answer: Event) -> Option<Command> {
         match answer {
+            Event::Moved { duration, .. } if duration > self.policy.longest_leg => {
+                self.on_impossible(check, too_long(duration, self.policy.longest_leg))
+            }
             Event::Moved { joints, .. } => self.on_possible(check, joints),
             Event::Failed(Fault::Refused(reason)) => self.on_impossible(check, reason),
             other => self.fail(&super::seek::why(&other)),
@@ -127,31 +145,45 @@ impl Cycle {
     }
 
     fn on_impossible(&mut self, mut check: Check, reason: String) -> Option<Command> {
-        match (check.leg, &check.task.reach) {
-            (Leg::Bin(turn), _) if turn + 1 < TURNS => {
-                check.leg = Leg::Bin(turn + 1);
-                check.refusal.get_or_insert(reason);
+        let first = check.refusal.take().unwrap_or((check.leg, reason));
+        match check.leg {
+            Leg::Bin(turn) if turn + 1 < TURNS => {
+                (check.leg, check.refusal) = (Leg::Bin(turn + 1), Some(first));
                 self.check_leg(check)
             }
             // It may be as high up as it can be.
-            (Leg::Lift, None) => {
+            Leg::Lift if check.puts_down() => {
                 check.task.lift = None;
                 check.leg = Leg::Bin(0);
                 self.check_leg(check)
             }
-            (leg, reach) => {
-                let reason = check.refusal.unwrap_or(reason);
-                let Some(reach) = reach else {
-                    return self.fail(&format!("what the cup holds cannot be put into the bin: {reason}"));
-                };
-                self.troubles.push(format!(
-                    "grasp {}: {} is refused: {reason}",
-                    place(&reach.grasp),
-                    leg.text()
-                ));
-                self.failed.push(candidates::contact(&reach.grasp));
+            leg => self.on_refused(leg, check.grasp, first),
+        }
+    }
+
+    /// With the tool turned, with the next grasp, or not at all.
+    fn on_refused(&mut self, leg: Leg, grasp: Option<(Grasp, u32)>, first: (Leg, String)) -> Option<Command> {
+        match grasp {
+            None => self.fail(&format!("what the cup holds cannot be put into the bin: {}", first.1)),
+            Some((grasp, turn)) if turn + 1 < TURNS_AT_OBJECT && !matches!(leg, Leg::Bin(_)) => {
+                self.check_turned(grasp, turn + 1, Some(first))
+            }
+            Some((grasp, _)) => {
+                let (leg, reason) = first;
+                self.troubles
+                    .push(format!("grasp {}: {} is refused: {reason}", place(&grasp), leg.text()));
+                self.failed.push(candidates::contact(&grasp));
                 self.check_next()
             }
         }
     }
+}
+
+/// Near a singularity the joints have far to go while the tool goes nowhere.
+fn too_long(duration: Duration, longest: Duration) -> String {
+    format!(
+        "it takes {:.1} s, allowed: up to {:.1} s (longest_leg)",
+        duration.as_secs_f64(),
+        longest.as_secs_f64()
+    )
 }

@@ -1,5 +1,7 @@
 //! What a cycle asks for, and what it is told.
 
+use std::time::Duration;
+
 use geometry::RigidTransform;
 use interfaces::geometry_msgs::msg::Pose;
 use interfaces::rakelight_msgs::msg::Grasp;
@@ -64,6 +66,7 @@ pub(crate) enum Event {
     Moved {
         held: bool,
         joints: Vec<f64>,
+        duration: Duration,
     },
     /// The pump is as asked, or the arm at home.
     Done,

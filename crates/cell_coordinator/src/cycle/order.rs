@@ -60,6 +60,8 @@ pub(crate) struct Policy {
     pub(crate) bin: Bin,
     /// How far up an object is lifted that the cup holds at the beginning, metres.
     pub(crate) lift: f64,
+    /// A leg that would take longer is refused.
+    pub(crate) longest_leg: Duration,
     pub(crate) limits: Limits,
 }
 

@@ -1,7 +1,7 @@
 //! Where the tool goes.
 
 use geometry::RigidTransform;
-use geometry::nalgebra::{UnitQuaternion, Vector3};
+use geometry::nalgebra::{self, UnitQuaternion, Vector3};
 use interfaces::geometry_msgs::msg::{Point, Pose, Quaternion};
 use interfaces::rakelight_msgs::msg::Grasp;
 
@@ -10,6 +10,9 @@ use super::order::{Bin, Carried, Policy};
 
 /// Turns of the tool about its own axis over the bin that are tried.
 pub(super) const TURNS: u32 = 12;
+
+/// The same at the object: where no heading does, the arm does not get there.
+pub(super) const TURNS_AT_OBJECT: u32 = 6;
 
 /// The ways of one grasp, or of what the cup holds already.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,6 +103,25 @@ impl Reach {
     }
 }
 
+/// The same contact with the tool turned about its own axis, by `turn` of [`TURNS_AT_OBJECT`].
+pub(super) fn turned(mut grasp: Grasp, turn: u32) -> Grasp {
+    if turn == 0 {
+        return grasp;
+    }
+    let angle = std::f64::consts::TAU * f64::from(turn) / f64::from(TURNS_AT_OBJECT);
+    let about_tool = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+    for pose in [&mut grasp.pregrasp, &mut grasp.grasp, &mut grasp.retreat] {
+        let q = &pose.orientation;
+        let before = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(q.w, q.x, q.y, q.z));
+        let [x, y, z, w] = (before * about_tool).coords.into();
+        pose.orientation = Quaternion { x, y, z, w };
+    }
+    // Those of another heading.
+    grasp.pregrasp_joints.clear();
+    grasp.grasp_joints.clear();
+    grasp
+}
+
 /// The planner's sizes where it knows them.
 fn carried(grasp: &Grasp, default: Carried) -> Carried {
     let known = |value: f32, otherwise| if value > 0.0 { f64::from(value) } else { otherwise };
@@ -162,7 +184,7 @@ mod tests {
         length: 0.04,
     };
 
-    fn turned(heading: f64) -> RigidTransform {
+    fn turned_tool(heading: f64) -> RigidTransform {
         let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading)
             * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         RigidTransform::from_parts(Vector3::new(0.4, 0.0, 0.3), rotation)
@@ -181,7 +203,7 @@ mod tests {
             clearance: 0.02,
         };
         for turn in 0..TURNS {
-            let there = transform(&over_bin(&bin, CARRIED, &turned(0.7), turn).to);
+            let there = transform(&over_bin(&bin, CARRIED, &turned_tool(0.7), turn).to);
             assert!((there.translation() - Vector3::new(0.18, 0.36, 0.12)).norm() < 1e-12);
             assert!((there.transform_direction(&Vector3::z()) + Vector3::z()).norm() < 1e-12);
             let x = there.transform_direction(&Vector3::x());
@@ -203,6 +225,19 @@ mod tests {
         grasp.grasp.position.z = 0.03;
         let beyond = beyond(&grasp, 0.005).position;
         assert!((beyond.x - 0.003).abs() < 1e-12 && (beyond.z - 0.026).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_turned_grasp_points_the_same_way_from_the_same_place() {
+        let mut grasp = Grasp::default();
+        for at in [&mut grasp.pregrasp, &mut grasp.grasp, &mut grasp.retreat] {
+            *at = pose(&turned_tool(0.4));
+        }
+        assert_eq!(turned(grasp.clone(), 0), grasp);
+        let now = transform(&turned(grasp, 1).retreat);
+        let expected = turned_tool(0.4 - std::f64::consts::TAU / 6.0);
+        assert!((now.translation() - expected.translation()).norm() < 1e-12);
+        assert!(now.rotation().angle_to(&expected.rotation()) < 1e-9);
     }
 
     #[test]

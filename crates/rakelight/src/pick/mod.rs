@@ -1,7 +1,6 @@
 //! `rakelight pick`: pick cycles on a running cell.
 
 mod progress;
-mod readiness;
 mod record;
 mod report;
 
@@ -91,7 +90,6 @@ async fn picks(node: &Node, place: &Place, arguments: &Arguments, signals: Signa
         .wait_for_server(DISCOVERY)
         .await
         .map_err(|_| place.no_cell(node))?;
-    readiness::wait(node).await?;
     let Some(folder) = &arguments.record else {
         return one_after_the_other(client, arguments, signals).await;
     };

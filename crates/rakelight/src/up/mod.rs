@@ -162,6 +162,11 @@ impl Cell {
         })
     }
 
+    /// Whether it picks without anybody's `recover`.
+    fn is_armed_at_start(&self) -> bool {
+        self.config.parameters(ARM).get("arm_at_start") == Some(&ParameterValue::Bool(true))
+    }
+
     fn ready(&self, since: Instant) -> Ready<'_> {
         let has = |name: &str| self.config.nodes().any(|node| node == name);
         let (picks, captures) = (has(COORDINATOR), has(CAPTURER));
@@ -292,7 +297,8 @@ async fn wait_for_simulator(
     }
 }
 
-/// Tells whenever all nodes answer, after every start of a process anew.
+/// Tells whenever all nodes answer, after every start of a process anew. At first the cell has to be idle if its arm is
+/// armed at the start; later it may have been stopped.
 async fn announce(
     cell: &Cell,
     world: Option<watch::Receiver<bool>>,
@@ -300,10 +306,17 @@ async fn announce(
     mut starts: watch::Receiver<u64>,
     mut since: Instant,
 ) -> std::convert::Infallible {
+    let mut idle = cell.is_armed_at_start();
     loop {
         starts.borrow_and_update();
         tokio::select! {
-            () = all_ready(cell, world.clone(), console) => console.tell(&Event::Ready(cell.ready(since))),
+            ready = all_ready(cell, world.clone(), console, idle) => match ready {
+                Ok(()) => {
+                    idle = false;
+                    console.tell(&Event::Ready(cell.ready(since)));
+                }
+                Err(error) => tracing::error!("nobody can tell whether the cell is ready: {error}"),
+            },
             () = remind(console) => {}
             _ = starts.changed() => continue,
         }
@@ -314,14 +327,20 @@ async fn announce(
 }
 
 /// Nodes and devices first: the cameras' settings decide what the simulated world has to render.
-async fn all_ready(cell: &Cell, world: Option<watch::Receiver<bool>>, console: &Console) {
-    cell.readiness.wait(console).await;
+async fn all_ready(
+    cell: &Cell,
+    world: Option<watch::Receiver<bool>>,
+    console: &Console,
+    idle: bool,
+) -> Result<(), ros::Error> {
+    cell.readiness.wait(console, idle).await?;
     if let Some(mut world) = world {
         console.waiting(Some(RENDERING));
         // The sender lives as long as the simulator.
         let _ = world.wait_for(|ready| *ready).await;
     }
     console.waiting(None);
+    Ok(())
 }
 
 /// Tells again and again what is waited for.

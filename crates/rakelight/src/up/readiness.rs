@@ -6,13 +6,14 @@ use std::time::Duration;
 use futures::stream::FuturesUnordered;
 use futures::{FutureExt, StreamExt};
 use interfaces::diagnostic_msgs::msg::{DiagnosticArray, DiagnosticStatus};
+use interfaces::rakelight_msgs::msg::CellState;
 use interfaces::rakelight_msgs::srv::Capture;
 use interfaces::rcl_interfaces::srv::{ListParameters, ListParametersRequest};
 use ros::{Node, Qos, ServiceClient, Subscription};
 use tokio::sync::Mutex;
 
 use super::console::Console;
-use super::{ARM, CAPTURER, LIGHTS};
+use super::{ARM, CAPTURER, COORDINATOR, LIGHTS};
 
 /// A node that has just died is still in the graph, so each is asked, and asked again.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -21,6 +22,8 @@ const PATIENCE: Duration = Duration::from_secs(1);
 pub(super) struct Readiness {
     nodes: Vec<(String, ServiceClient<ListParameters>)>,
     capture: Option<ServiceClient<Capture>>,
+    /// Of the cell's state, if somebody publishes it.
+    coordinated: Option<Node>,
     diagnostics: Mutex<Subscription<DiagnosticArray>>,
     /// What the statuses of nodes with devices begin with: "`cell/camera_capture`: ".
     with_devices: Vec<String>,
@@ -30,7 +33,7 @@ impl Readiness {
     /// For nodes with these fully qualified names.
     pub(super) fn new(observer: &Node, names: &[String]) -> Result<Self, ros::Error> {
         let is = |name: &&String, node: &str| name.rsplit('/').next() == Some(node);
-        let captures = names.iter().any(|name| is(&name, CAPTURER));
+        let has = |node| names.iter().any(|name| is(&name, node));
         let has_devices = |name: &&String| [CAPTURER, LIGHTS, ARM].iter().any(|node| is(name, node));
         let devices = names.iter().filter(has_devices);
         let client = |name: &String| {
@@ -41,7 +44,8 @@ impl Readiness {
         };
         Ok(Self {
             nodes: names.iter().map(client).collect::<Result<_, ros::Error>>()?,
-            capture: captures.then(|| observer.service_client("capture")).transpose()?,
+            capture: has(CAPTURER).then(|| observer.service_client("capture")).transpose()?,
+            coordinated: has(COORDINATOR).then(|| observer.clone()),
             diagnostics: Mutex::new(observer.subscription("/diagnostics", Qos::STREAM)?),
             with_devices: devices
                 .map(|name| format!("{}: ", name.trim_start_matches('/')))
@@ -49,8 +53,8 @@ impl Readiness {
         })
     }
 
-    /// Waits until all of them have answered.
-    pub(super) async fn wait(&self, console: &Console) {
+    /// Waits until all of them have answered, and, if they are to be `idle`, until the cell takes a pick.
+    pub(super) async fn wait(&self, console: &Console, idle: bool) -> Result<(), ros::Error> {
         let mut missing: BTreeSet<&str> = self.nodes.iter().map(|(name, _)| name.as_str()).collect();
         let mut answers: FuturesUnordered<_> = self.nodes.iter().map(|(name, client)| answer(name, client)).collect();
         loop {
@@ -66,6 +70,17 @@ impl Readiness {
             while capture.wait_for_server(PATIENCE).await.is_err() {}
         }
         self.devices(console).await;
+        if let Some(observer) = &self.coordinated {
+            console.waiting(Some("the cell to be idle"));
+            let mut states = observer.subscription::<CellState>("state", Qos::LATCHED)?;
+            while let Some(state) = states.next().await {
+                let stage = state.message.stage;
+                if stage == CellState::IDLE || !idle && stage != CellState::STARTING {
+                    break;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Waits until every node with devices has told of them, and of no error.

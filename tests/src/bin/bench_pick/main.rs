@@ -16,7 +16,6 @@ use std::process::ExitCode;
 use clap::Parser;
 use tracing::level_filters::LevelFilter;
 
-use cell::PickCell;
 use report::Report;
 
 /// Those that the cup can hold somewhere level. A wide gripper does not get to slopes this near to the table, nor a lip of
@@ -63,7 +62,7 @@ async fn main() -> anyhow::Result<ExitCode> {
     ros::logging::init(LevelFilter::WARN)?;
     let perception = tokio::task::spawn_blocking(move || perception::measure(arguments.runs)).await??;
     let arguments = Arguments::parse();
-    let cell = PickCell::start(&arguments).await?;
+    let cell = cell::start(&arguments).await?;
     let slow = picks::run(&cell, &arguments, picks::SLOW, arguments.slow_picks).await?;
     let fast = picks::run(&cell, &arguments, arguments.tool_speed, arguments.picks).await?;
     cell.stop().await?;

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use interfaces::rakelight_msgs::action::{PickCycleGoal, PickCycleResult};
 use interfaces::rakelight_msgs::msg::{CellState, Grasp, StageTiming};
+use scenarios::PickingCell;
 use sim::cell::Place;
 
 use crate::Arguments;
-use crate::cell::PickCell;
+use crate::cell;
 use crate::truth::{GraspError, error};
 
 /// Tool speed of the slow picks, m/s.
@@ -44,12 +45,12 @@ pub(crate) struct Picks {
 }
 
 /// So many picks at a speed of the tool (m/s); another world when the table is empty or a pick has failed.
-pub(crate) async fn run(cell: &PickCell, arguments: &Arguments, speed: f64, count: usize) -> anyhow::Result<Picks> {
-    cell.set_tool_speed(speed).await?;
+pub(crate) async fn run(cell: &PickingCell, arguments: &Arguments, speed: f64, count: usize) -> anyhow::Result<Picks> {
+    cell.set_parameter("trajectory_executor", "tool_speed", speed).await?;
     let mut picks = Picks::default();
     let mut seed = arguments.seed;
     while picks.all.len() < count {
-        cell.scatter(arguments, seed)?;
+        cell.set_world(cell::world(arguments, seed)?)?;
         picks.count_shapes(cell);
         clear(cell, seed, count, &mut picks).await?;
         seed += 1;
@@ -58,7 +59,7 @@ pub(crate) async fn run(cell: &PickCell, arguments: &Arguments, speed: f64, coun
 }
 
 /// Until the table is empty, a pick fails, or there were enough.
-async fn clear(cell: &PickCell, seed: u64, count: usize, picks: &mut Picks) -> anyhow::Result<()> {
+async fn clear(cell: &PickingCell, seed: u64, count: usize, picks: &mut Picks) -> anyhow::Result<()> {
     while picks.all.len() < count && !on_table(cell).is_empty() {
         let collisions = cell.simulated.collisions().len();
         let pick = one(cell, seed).await?;
@@ -77,7 +78,7 @@ async fn clear(cell: &PickCell, seed: u64, count: usize, picks: &mut Picks) -> a
     Ok(())
 }
 
-async fn one(cell: &PickCell, seed: u64) -> anyhow::Result<Pick> {
+async fn one(cell: &PickingCell, seed: u64) -> anyhow::Result<Pick> {
     let bodies = cell.simulated.world().scene.bodies.clone();
     let before = in_bin(cell);
     // A thin object is tried when there is nothing else.
@@ -111,15 +112,15 @@ async fn one(cell: &PickCell, seed: u64) -> anyhow::Result<Pick> {
     })
 }
 
-fn in_bin(cell: &PickCell) -> Vec<String> {
+fn in_bin(cell: &PickingCell) -> Vec<String> {
     names(cell, Place::InBin)
 }
 
-fn on_table(cell: &PickCell) -> Vec<String> {
+fn on_table(cell: &PickingCell) -> Vec<String> {
     names(cell, Place::OnTable)
 }
 
-fn names(cell: &PickCell, place: Place) -> Vec<String> {
+fn names(cell: &PickingCell, place: Place) -> Vec<String> {
     let objects = cell.simulated.objects().into_iter();
     objects
         .filter(|object| object.place == place)
@@ -176,7 +177,7 @@ impl Pick {
 }
 
 impl Picks {
-    fn count_shapes(&mut self, cell: &PickCell) {
+    fn count_shapes(&mut self, cell: &PickingCell) {
         for object in cell.simulated.objects() {
             let shape = object.name.split(' ').next().unwrap_or(&object.name).to_owned();
             *self.shapes.entry(shape).or_default() += 1;

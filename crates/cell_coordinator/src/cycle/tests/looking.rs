@@ -141,6 +141,7 @@ fn the_whole_way_is_a_dry_run_first_each_leg_from_the_end_of_the_last() {
         story.tell(Event::Moved {
             held: false,
             joints: vec![leg as f64; 7],
+            duration: Duration::from_secs(1),
         });
     }
     let expected: [Vec<f64>; 4] = [vec![], vec![0.0; 7], vec![1.0; 7], vec![2.0; 7]];
@@ -149,17 +150,43 @@ fn the_whole_way_is_a_dry_run_first_each_leg_from_the_end_of_the_last() {
 }
 
 #[test]
-fn a_grasp_whose_way_is_refused_gives_way_to_the_next_and_nothing_moves() {
+fn a_grasp_whose_way_is_refused_at_every_turn_of_the_tool_gives_way_to_the_next_and_nothing_moves() {
     let mut story = Story::begin(order(), policy(), Cup::Off);
     story.see(vec![grasp(0.4), grasp(0.43)]);
     story.tell(moved()).tell(refused("collision with panel_l1"));
-    assert!((story.moves().to.position.x - 0.43).abs() < 1e-12);
-    story.tell(refused("not reachable"));
+    for turn in 1..6 {
+        assert!((story.moves().to.position.x - 0.4).abs() < 1e-12);
+        story.tell(refused(&format!("collision at turn {turn}")));
+    }
+    for _ in 0..6 {
+        assert!((story.moves().to.position.x - 0.43).abs() < 1e-12);
+        story.tell(refused("not reachable"));
+    }
     let reason = "grasp at (0.400, 0.000, 0.000) m: the approach is refused: collision with panel_l1; \
                   grasp at (0.430, 0.000, 0.000) m: the way to it is refused: not reachable; \
                   none of the grasps can be executed";
     story.assert_failed(Stage::Plan, &[reason]);
     assert!(!story.outcome().moved);
+}
+
+#[test]
+fn a_leg_that_takes_too_long_is_gone_with_the_tool_turned() {
+    let mut story = Story::begin(order(), policy(), Cup::Off);
+    story.see(vec![grasp(0.4)]);
+    let first = story.moves().clone();
+    story.tell(Event::Moved {
+        held: false,
+        joints: vec![0.5; 7],
+        duration: Duration::from_secs(21),
+    });
+    let second = story.moves().clone();
+    assert!(first.to.position == second.to.position && first.to.orientation != second.to.orientation);
+    story.dry_run();
+    assert_eq!(story.wants, Some(Command::Vacuum { on: true }));
+    for event in [Event::Done, moved()] {
+        story.tell(event);
+    }
+    assert_eq!(story.moves().to.orientation, second.to.orientation);
 }
 
 #[test]

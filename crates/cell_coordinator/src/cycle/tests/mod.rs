@@ -31,6 +31,7 @@ pub(super) fn policy() -> Policy {
             clearance: 0.02,
         },
         lift: 0.1,
+        longest_leg: seconds(20),
         limits: Limits {
             capture: seconds(20),
             solve: seconds(30),
@@ -106,6 +107,7 @@ pub(super) fn moved() -> Event {
     Event::Moved {
         held: false,
         joints: vec![0.5; 7],
+        duration: Duration::from_secs(1),
     }
 }
 
@@ -113,6 +115,7 @@ pub(super) fn held() -> Event {
     Event::Moved {
         held: true,
         joints: vec![0.5; 7],
+        duration: Duration::from_secs(1),
     }
 }
 
