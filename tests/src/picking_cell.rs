@@ -17,6 +17,7 @@ use sim::cell::{Cell, CellOptions};
 use sim::world::World;
 use tempfile::TempDir;
 use tokio::process::Command;
+use tokio::sync::watch;
 
 use crate::{Domain, NodeProcesses, Place, repository};
 
@@ -50,6 +51,7 @@ pub struct PickingCell {
     /// By the first of the nodes in it.
     processes: BTreeMap<&'static str, NodeProcesses>,
     cycle: ActionClient<PickCycle>,
+    states: watch::Receiver<Vec<Arc<CellState>>>,
     domain: Domain,
     _folder: TempDir,
 }
@@ -68,6 +70,7 @@ impl PickingCell {
         let (domain, config) = (Domain::claim(), place.config("sim.yaml")?);
         let operator = domain.node("operator").await;
         let cycle = operator.action_client::<PickCycle>("pick_cycle")?;
+        let states = collect(&operator)?;
         let mut cell = Self {
             simulated,
             operator,
@@ -75,6 +78,7 @@ impl PickingCell {
             config,
             processes: BTreeMap::new(),
             cycle,
+            states,
             domain,
             _folder: folder,
         };
@@ -147,20 +151,14 @@ impl PickingCell {
     ///
     /// When there is none within two minutes; it says which one there was.
     pub async fn state(&self, what: &str, wanted: impl Fn(&CellState) -> bool) -> anyhow::Result<Arc<CellState>> {
-        let mut states = self.operator.subscription::<CellState>("state", Qos::LATCHED)?;
-        let mut last = None;
-        let wait = async {
-            while let Some(received) = states.next().await {
-                if wanted(&received.message) {
-                    return Ok(received.message);
-                }
-                last = Some(received.message);
-            }
-            anyhow::bail!("the operator's node has ended")
-        };
-        match tokio::time::timeout(START, wait).await {
-            Ok(state) => state,
-            Err(_) => anyhow::bail!("waited {START:?} for the cell to be {what}; it is {last:?}"),
+        let mut states = self.states.clone();
+        let first = states.borrow().len().saturating_sub(1);
+        let find = |all: &Vec<Arc<CellState>>| all.iter().skip(first).find(|state| wanted(state)).cloned();
+        let found = tokio::time::timeout(START, states.wait_for(|all| find(all).is_some())).await;
+        let all = self.states.borrow();
+        match found {
+            Ok(_) => find(&all).context("the operator's node has ended"),
+            Err(_) => anyhow::bail!("waited {START:?} for the cell to be {what}; it is {:?}", all.last()),
         }
     }
 
@@ -263,6 +261,18 @@ impl PickingCell {
         }
         Ok(())
     }
+}
+
+/// All states of the cell from now on, the newest last.
+fn collect(operator: &Node) -> anyhow::Result<watch::Receiver<Vec<Arc<CellState>>>> {
+    let mut states = operator.subscription::<CellState>("state", Qos::LATCHED)?;
+    let (all, seen) = watch::channel(Vec::new());
+    tokio::spawn(async move {
+        while let Some(state) = states.next().await {
+            all.send_modify(|all| all.push(state.message));
+        }
+    });
+    Ok(seen)
 }
 
 /// The table of the default world, with other objects on it (YAML of a world file).

@@ -136,6 +136,7 @@ impl Hands {
         require(answer.success, &answer.message)?;
         Ok(Event::Solved {
             cameras: answer.cameras.clone(),
+            message: answer.message.clone(),
         })
     }
 

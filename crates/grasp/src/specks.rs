@@ -43,7 +43,10 @@ mod tests {
 
     /// Cells of 1 mm, `#` closed.
     fn opened(rows: [&str; 7]) -> Vec<String> {
-        let mut open: Vec<bool> = rows.iter().flat_map(|row| row.chars().map(|cell| cell == '.')).collect();
+        let mut open: Vec<bool> = rows
+            .iter()
+            .flat_map(|row| row.chars().map(|cell| cell == '.'))
+            .collect();
         open_specks(&mut open, 7, 0.001);
         let text = |row: &[bool]| row.iter().map(|open| if *open { '.' } else { '#' }).collect();
         open.chunks(7).map(text).collect()
@@ -52,22 +55,10 @@ mod tests {
     #[test]
     fn specks_are_opened_and_bores_notches_and_borders_are_not() {
         let rows = [
-            "#......",
-            ".......",
-            "..#..##",
-            "...#.##",
-            ".......",
-            ".##..#.",
-            ".##....",
+            "#......", ".......", "..#..##", "...#.##", ".......", ".##..#.", ".##....",
         ];
         let expected = [
-            "#......",
-            ".......",
-            ".....##",
-            ".....##",
-            ".......",
-            ".##....",
-            ".##....",
+            "#......", ".......", ".....##", ".....##", ".......", ".##....", ".##....",
         ];
         assert_eq!(opened(rows), expected);
     }

@@ -117,11 +117,12 @@ impl CameraSolver {
         self.captures.solving(&id, &self.camera);
         let (started, started_at) = (Instant::now(), self.clock.now());
         match self.solve(capture).await {
-            Ok(valid_fraction) => {
+            Ok((valid_fraction, note)) => {
                 let done = Done {
                     valid_fraction,
                     started_at,
                     took: started.elapsed(),
+                    note,
                 };
                 self.captures.solved(&id, &self.camera, done);
             }
@@ -143,21 +144,35 @@ impl CameraSolver {
         }
     }
 
-    /// Gives the share of pixels that have a normal.
-    async fn solve(&mut self, capture: Capture) -> Result<f32, Error> {
+    /// Gives the share of pixels that have a normal, and what was missing.
+    async fn solve(&mut self, capture: Capture) -> Result<(f32, String), Error> {
         let Some(header) = capture.frames.first().map(|frame| frame.image.header.clone()) else {
-            return Ok(0.0);
+            return Ok((0.0, String::new()));
         };
         if let Some(panels) = self.panels.clone() {
             let solved = self.solve_near(capture, &header, panels).await?;
             let valid_fraction = share(solved.quality.normals, &solved.solution.normals.normals);
+            let note = self.without_dark(&solved.dark_channels);
             self.results.publish(header, solved)?;
-            return Ok(valid_fraction);
+            return Ok((valid_fraction, note));
         }
         let NormalMapResult { normals, counts, .. } = self.solve_far(capture, header.stamp).await?;
         let valid_fraction = share(counts.solved, &normals);
         self.results.publish_normals(header, normals)?;
-        Ok(valid_fraction)
+        Ok((valid_fraction, String::new()))
+    }
+
+    /// Panels that are dark take no part, which whoever picks should know.
+    fn without_dark(&self, channels: &[u8]) -> String {
+        if channels.is_empty() {
+            return String::new();
+        }
+        let names: Vec<String> = channels.iter().map(|channel| format!("L{channel}")).collect();
+        format!(
+            "{}: solved without {}, which gives no light",
+            self.camera,
+            names.join(", ")
+        )
     }
 
     /// With lights far away.

@@ -25,12 +25,14 @@ enum Share {
 }
 
 /// A share that was solved.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Done {
     /// Share of the pixels that have a normal, 0 to 1.
     pub(crate) valid_fraction: f32,
     pub(crate) started_at: Time,
     pub(crate) took: Duration,
+    /// What was missing, for people; empty: nothing.
+    pub(crate) note: String,
 }
 
 #[derive(Debug, Clone)]
@@ -202,7 +204,7 @@ impl Record {
         let (mut solved, mut problems) = (Vec::new(), Vec::new());
         for camera in cameras {
             match self.share(camera) {
-                Some(Share::Solved(done)) => solved.push((camera.clone(), *done)),
+                Some(Share::Solved(done)) => solved.push((camera.clone(), done.clone())),
                 Some(Share::Failed(reason)) => problems.push(format!("{camera}: {reason}")),
                 Some(Share::Collecting) => {
                     problems.push(format!("{camera}: not all of its images came within {waited:.1} s"));

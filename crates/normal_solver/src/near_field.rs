@@ -7,7 +7,8 @@ use calibration_files::LightsFile;
 use geometry::{PinholeCamera, RigidTransform};
 use imaging::Image;
 use interfaces::sensor_msgs::msg::CameraInfo;
-use photometric::{LightRig, PixelRays, Quality, SensorNoise, SolveOptions, View, ViewSolution, solve_view};
+use photometric::{LightRig, PixelRays, Quality, SensorNoise, SolveOptions, View, ViewSolution};
+use photometric::{dark_channels, solve_view};
 
 use crate::assembler::Capture;
 use crate::convert;
@@ -35,6 +36,8 @@ pub(crate) struct Solved {
     pub(crate) view: View,
     pub(crate) object_pixels: usize,
     pub(crate) quality: Quality,
+    /// Panels that gave no light.
+    pub(crate) dark_channels: Vec<u8>,
     pub(crate) rays: (PinholeCamera, Arc<PixelRays>),
 }
 
@@ -87,6 +90,7 @@ impl NearField {
         Ok(Solved {
             object_pixels: solution.normals.mask.count(),
             quality: solution.normals.quality(),
+            dark_channels: dark_channels(&stack),
             solution,
             view,
             rays: (camera, rays),

@@ -84,7 +84,11 @@ fn response(outcome: Result<Outcome, Refusal>, are_named: bool, waited: StageTim
         }
     };
     let success = !solved.is_empty() && (problems.is_empty() || !are_named);
-    let message = problems.join("; ");
+    let notes = solved
+        .iter()
+        .map(|(_, done)| done.note.clone())
+        .filter(|note| !note.is_empty());
+    let message = problems.into_iter().chain(notes).collect::<Vec<_>>().join("; ");
     SolveResponse {
         success,
         message: if success {
@@ -132,6 +136,7 @@ mod tests {
             valid_fraction,
             started_at: Time { sec: 2, nanosec },
             took: Duration::from_millis(millis),
+            note: String::new(),
         }
     }
 

@@ -58,7 +58,7 @@ pub use directional_light::DirectionalLight;
 pub use error::PhotometricError;
 pub use exposure_control::{Brightness, ExposureAdvice};
 pub use least_squares::{LeastSquaresOptions, NormalMapResult, PixelCounts, least_squares_normals};
-pub use light_health::{LightLimits, LightMeasurement, PanelHealth, PanelMeasurement, PanelVerdict};
+pub use light_health::{LightLimits, LightMeasurement, PanelHealth, PanelMeasurement, PanelVerdict, dark_channels};
 pub use light_rig::{Bounce, LightRig, PanelModel};
 pub use many_lights::{ManyLightInput, ManyLightOptions, many_light_normals};
 pub use near_field::{NearFieldOptions, near_field_normals};

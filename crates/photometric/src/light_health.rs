@@ -22,6 +22,9 @@ const TILT_PIXELS: usize = 100;
 /// A panel whose signal is below this many times the noise of a pixel is dark.
 const DEAD_NOISE_FACTOR: f64 = 3.0;
 
+/// Every so many rows and columns tell whether a panel shines.
+const SAMPLED: usize = 4;
+
 /// How far a tilt may point away from its panel. Whole scenes stay within 6 degrees, a hemisphere that fills the image
 /// reaches 40; a neighbour's panel is at 60.
 const AZIMUTH_TOLERANCE_DEGREES: f64 = 45.0;
@@ -178,6 +181,34 @@ impl LightMeasurement {
         });
         shines && !fades
     }
+}
+
+/// Panels that give no light in a capture: their image is as dark as the dark frame, and the others' are not. Looks at
+/// every fourth pixel in both directions.
+pub fn dark_channels(stack: &ExposureStack) -> Vec<u8> {
+    let signal = |channel: u8| {
+        let pixels = stack
+            .light(channel)
+            .into_iter()
+            .flat_map(|lit| sampled(lit).zip(sampled(stack.dark())));
+        (
+            channel,
+            median(pixels.map(|(lit, dark)| f32::from(lit) - f32::from(dark))),
+        )
+    };
+    let signals: Vec<(u8, f64)> = stack.channels().map(signal).collect();
+    let usual = median(signals.iter().map(|(_, signal)| *signal as f32));
+    let darkest = DEAD_NOISE_FACTOR * noise(stack.dark());
+    let is_dark = |signal: f64| signal <= darkest && usual > 2.0 * darkest;
+    let dark = signals.into_iter().filter(|&(_, signal)| is_dark(signal));
+    dark.map(|(channel, _)| channel).collect()
+}
+
+fn sampled(image: &Image<u16>) -> impl Iterator<Item = u16> {
+    image
+        .rows()
+        .step_by(SAMPLED)
+        .flat_map(|row| row.iter().step_by(SAMPLED).copied())
 }
 
 fn signal(stack: &ExposureStack, channel: u8) -> Vec<f32> {
@@ -384,6 +415,13 @@ mod tests {
         expected[2] = PanelVerdict::Dead;
         assert_eq!(verdicts(&stack, Some(&reference)), expected);
         assert_eq!(verdicts(&stack, None), expected, "the noise alone tells it too");
+        assert_eq!(dark_channels(&stack), [3]);
+        assert_eq!(dark_channels(&capture([1.0; 7], AS_DRAWN, 200)), [0; 0]);
+        assert_eq!(
+            dark_channels(&capture([0.0; 7], AS_DRAWN, 200)),
+            [0; 0],
+            "nothing can be told"
+        );
         // Stray light keeps it over the noise, but not over a tenth of what it was.
         let stray = capture([1.0, 1.0, 0.07, 1.0, 1.0, 1.0, 1.0], AS_DRAWN, 200);
         assert_eq!(verdicts(&stray, Some(&reference))[2], PanelVerdict::Dead);

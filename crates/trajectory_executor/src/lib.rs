@@ -15,6 +15,8 @@
 //! check a whole pick before anything moves. Where the direct motion of the joints touches something, ways around it are
 //! tried: up, across, and down.
 //!
+//! A pump that holds nothing while the arm rests is switched off after `vacuum_timeout`: whoever wanted it may be gone.
+//!
 //! It is *not* the driver (`xarm_tcp`), and it is no safety function: the emergency stop and the controller's own limits
 //! are.
 
@@ -26,6 +28,7 @@ mod follow;
 mod goals;
 mod handling;
 mod held;
+mod idle_pump;
 mod model;
 mod move_tool;
 mod parameters;
@@ -80,6 +83,7 @@ pub async fn run(node: Node) -> Result<(), Error> {
     Services::new(&node, Arc::clone(&desk))?.spawn_into(&mut tasks);
     tasks.spawn(MoveTool::new(&node, Arc::clone(&desk))?.serve().in_current_span());
     tasks.spawn(Follow::new(&node, Arc::clone(&desk))?.serve().in_current_span());
+    tasks.spawn(idle_pump::attend(Arc::clone(&desk)).in_current_span());
     if parameters.arm_at_start {
         tasks.spawn(arm_when_there(Arc::clone(&desk)).in_current_span());
     }

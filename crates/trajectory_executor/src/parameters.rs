@@ -24,6 +24,7 @@ pub(crate) struct Parameters {
     pub(crate) priority: u8,
     pub(crate) watchdog: f64,
     pub(crate) state_timeout: f64,
+    pub(crate) vacuum_timeout: f64,
     pub(crate) acceleration: f64,
     pub(crate) jerk: f64,
     pub(crate) margin: f64,
@@ -90,6 +91,12 @@ impl Parameters {
                     .unit("s")
                     .range(0.02..=1.0)
                     .describe("A motion stops when the controller has reported nothing for this long"),
+            )?,
+            vacuum_timeout: declare.fixed(
+                Parameter::float("vacuum_timeout", 10.0)
+                    .unit("s")
+                    .range(1.0..=600.0)
+                    .describe("A pump that holds nothing is switched off when the arm has rested for this long"),
             )?,
             acceleration: declare.fixed(
                 Parameter::float("acceleration", 10.0)

@@ -60,6 +60,8 @@ pub(crate) enum Event {
     },
     Solved {
         cameras: Vec<String>,
+        /// What was missing, for people; empty: nothing.
+        message: String,
     },
     Planned(Planned),
     /// A motion came to its end, or would.

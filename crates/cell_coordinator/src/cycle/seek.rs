@@ -67,12 +67,15 @@ impl Cycle {
 
     pub(super) fn on_solved(&mut self, answer: Event) -> Option<Command> {
         match answer {
-            Event::Solved { cameras } => {
+            Event::Solved { cameras, message } => {
                 let unsolved = self.cameras.iter().filter(|camera| !cameras.contains(camera));
                 let unsolved: Vec<&str> = unsolved.map(String::as_str).collect();
-                if !unsolved.is_empty() {
+                if message.is_empty() && !unsolved.is_empty() {
                     let text = format!("{} was not solved", unsolved.join(", "));
                     self.note(text);
+                }
+                if !message.is_empty() {
+                    self.note(message);
                 }
                 self.enter(Stage::Plan);
                 Some(self.plan())

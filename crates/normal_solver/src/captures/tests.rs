@@ -6,6 +6,7 @@ const DONE: Done = Done {
     valid_fraction: 0.25,
     started_at: Time { sec: 5, nanosec: 0 },
     took: Duration::from_millis(300),
+    note: String::new(),
 };
 
 fn cameras() -> Vec<String> {

@@ -310,13 +310,10 @@ async fn announce(
     loop {
         starts.borrow_and_update();
         tokio::select! {
-            ready = all_ready(cell, world.clone(), console, idle) => match ready {
-                Ok(()) => {
-                    idle = false;
-                    console.tell(&Event::Ready(cell.ready(since)));
-                }
-                Err(error) => tracing::error!("nobody can tell whether the cell is ready: {error}"),
-            },
+            () = all_ready(cell, world.clone(), console, idle) => {
+                idle = false;
+                console.tell(&Event::Ready(cell.ready(since)));
+            }
             () = remind(console) => {}
             _ = starts.changed() => continue,
         }
@@ -327,20 +324,14 @@ async fn announce(
 }
 
 /// Nodes and devices first: the cameras' settings decide what the simulated world has to render.
-async fn all_ready(
-    cell: &Cell,
-    world: Option<watch::Receiver<bool>>,
-    console: &Console,
-    idle: bool,
-) -> Result<(), ros::Error> {
-    cell.readiness.wait(console, idle).await?;
+async fn all_ready(cell: &Cell, world: Option<watch::Receiver<bool>>, console: &Console, idle: bool) {
+    cell.readiness.wait(console, idle).await;
     if let Some(mut world) = world {
         console.waiting(Some(RENDERING));
         // The sender lives as long as the simulator.
         let _ = world.wait_for(|ready| *ready).await;
     }
     console.waiting(None);
-    Ok(())
 }
 
 /// Tells again and again what is waited for.

@@ -22,8 +22,8 @@ const PATIENCE: Duration = Duration::from_secs(1);
 pub(super) struct Readiness {
     nodes: Vec<(String, ServiceClient<ListParameters>)>,
     capture: Option<ServiceClient<Capture>>,
-    /// Of the cell's state, if somebody publishes it.
-    coordinated: Option<Node>,
+    /// Of the cell, if somebody publishes them, and the last one.
+    states: Option<Mutex<(Subscription<CellState>, Option<u8>)>>,
     diagnostics: Mutex<Subscription<DiagnosticArray>>,
     /// What the statuses of nodes with devices begin with: "`cell/camera_capture`: ".
     with_devices: Vec<String>,
@@ -45,7 +45,10 @@ impl Readiness {
         Ok(Self {
             nodes: names.iter().map(client).collect::<Result<_, ros::Error>>()?,
             capture: has(CAPTURER).then(|| observer.service_client("capture")).transpose()?,
-            coordinated: has(COORDINATOR).then(|| observer.clone()),
+            states: has(COORDINATOR)
+                .then(|| observer.subscription("state", Qos::LATCHED))
+                .transpose()?
+                .map(|states| Mutex::new((states, None))),
             diagnostics: Mutex::new(observer.subscription("/diagnostics", Qos::STREAM)?),
             with_devices: devices
                 .map(|name| format!("{}: ", name.trim_start_matches('/')))
@@ -54,7 +57,7 @@ impl Readiness {
     }
 
     /// Waits until all of them have answered, and, if they are to be `idle`, until the cell takes a pick.
-    pub(super) async fn wait(&self, console: &Console, idle: bool) -> Result<(), ros::Error> {
+    pub(super) async fn wait(&self, console: &Console, idle: bool) {
         let mut missing: BTreeSet<&str> = self.nodes.iter().map(|(name, _)| name.as_str()).collect();
         let mut answers: FuturesUnordered<_> = self.nodes.iter().map(|(name, client)| answer(name, client)).collect();
         loop {
@@ -70,17 +73,10 @@ impl Readiness {
             while capture.wait_for_server(PATIENCE).await.is_err() {}
         }
         self.devices(console).await;
-        if let Some(observer) = &self.coordinated {
+        if let Some(states) = &self.states {
             console.waiting(Some("the cell to be idle"));
-            let mut states = observer.subscription::<CellState>("state", Qos::LATCHED)?;
-            while let Some(state) = states.next().await {
-                let stage = state.message.stage;
-                if stage == CellState::IDLE || !idle && stage != CellState::STARTING {
-                    break;
-                }
-            }
+            await_stage(&mut *states.lock().await, idle).await;
         }
-        Ok(())
     }
 
     /// Waits until every node with devices has told of them, and of no error.
@@ -97,6 +93,20 @@ impl Readiness {
             let told = received.message.status.iter();
             statuses.extend(told.map(|status| (status.name.clone(), (status.level, status.message.clone()))));
         }
+    }
+}
+
+/// Waits until the cell is idle, or if it need not be, at least not starting.
+async fn await_stage((states, last): &mut (Subscription<CellState>, Option<u8>), idle: bool) {
+    while let Some(Some(received)) = states.next().now_or_never() {
+        *last = Some(received.message.stage);
+    }
+    let is_there = |stage: u8| stage == CellState::IDLE || !idle && stage != CellState::STARTING;
+    while !last.is_some_and(is_there) {
+        let Some(received) = states.next().await else {
+            return;
+        };
+        *last = Some(received.message.stage);
     }
 }
 

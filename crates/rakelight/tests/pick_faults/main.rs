@@ -15,9 +15,11 @@ use sim::cell::Place;
 const BLOCK: &str = "{shape: {kind: box, size: [0.05, 0.04, 0.025]}, pose: {x: 0.45, y: 0.02, yaw: 0.4}, albedo: 0.7}";
 
 /// Machines that run tests are not punctual.
-const PATIENCE: [&str; 4] = [
+const SETTINGS: [&str; 6] = [
+    "trajectory_executor:tool_speed:=0.8",
     "trajectory_executor:watchdog:=0.4",
     "trajectory_executor:state_timeout:=0.8",
+    "trajectory_executor:vacuum_timeout:=2.0",
     "cell_coordinator:node_timeout:=4.0",
     "cell_coordinator:arm_state_timeout:=3.0",
 ];
@@ -41,7 +43,7 @@ async fn cell(list: &str) -> Option<PickingCell> {
     let options = PickingOptions {
         program: env!("CARGO_BIN_EXE_rakelight").into(),
         processes: NODES.map(|node| vec![node]).to_vec(),
-        parameters: PATIENCE.to_vec(),
+        parameters: SETTINGS.to_vec(),
     };
     match PickingCell::start(table_with(&objects(list)).unwrap(), options).await {
         Ok(cell) => Some(cell),
@@ -101,7 +103,11 @@ async fn assert_safe(cell: &PickingCell) {
         }
     })
     .await;
-    assert!(cell.simulated.collisions().is_empty(), "{:?}", cell.simulated.collisions());
+    assert!(
+        cell.simulated.collisions().is_empty(),
+        "{:?}",
+        cell.simulated.collisions()
+    );
 }
 
 /// Once everything is in order again, a pick puts a new object into the bin.
@@ -120,10 +126,10 @@ async fn stage(cell: &PickingCell, stage: u8) {
     tokio::time::timeout(TIMEOUT, state).await.expect("in time").unwrap();
 }
 
-/// What the cell itself says of its last failure.
-async fn last_error(cell: &PickingCell) -> String {
-    let state = cell.state("at rest", |state| {
-        [CellState::IDLE, CellState::STARTING, CellState::STOPPED].contains(&state.stage)
+/// That the cell says so of its last failure.
+async fn assert_last_error(cell: &PickingCell, reason: &str) {
+    let state = cell.state("sorry", |state| {
+        state.last_error == reason && state.stage == CellState::IDLE
     });
-    state.await.unwrap().last_error.clone()
+    state.await.unwrap();
 }

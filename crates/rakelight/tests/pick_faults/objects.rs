@@ -5,7 +5,9 @@ use ros::Qos;
 use scenarios::{eventually, table_with, within};
 use sim::cell::Place;
 
-use crate::{BLOCK, assert_failed, assert_picks_again, assert_safe, cell, last_error, objects, pick, places, stage};
+use crate::{
+    BLOCK, assert_failed, assert_last_error, assert_picks_again, assert_safe, cell, objects, pick, places, stage,
+};
 
 const SMALL: &str = "{shape: {kind: box, size: [0.014, 0.014, 0.02]}, pose: {x: 0.45, y: 0.02}, albedo: 0.7}";
 
@@ -26,7 +28,7 @@ async fn what_the_cup_cannot_hold_is_refused_with_the_test_that_failed_and_nothi
         cell.set_world(table_with(&objects(list)).unwrap()).unwrap();
         let result = pick(&cell).await;
         assert_failed(&result, CellState::PLAN, &texts);
-        assert_eq!(last_error(&cell).await, result.reason);
+        assert_last_error(&cell, &result.reason).await;
         assert_eq!(joints(), home, "the arm has moved");
     }
     assert_picks_again(&cell).await;
@@ -43,8 +45,14 @@ async fn an_object_that_moves_after_the_capture_is_found_where_it_is() {
     let (_, result) = cell.end_of(&goal).await.unwrap();
     assert!(result.success, "{}", result.reason);
     assert_eq!(places(&cell), [Place::InBin]);
-    let captures = result.timings.iter().filter(|timing| timing.stage == CellState::CAPTURE);
-    assert!(captures.count() > 2, "it was seen once more before it was taken: {result:?}");
+    let captures = result
+        .timings
+        .iter()
+        .filter(|timing| timing.stage == CellState::CAPTURE);
+    assert!(
+        captures.count() > 2,
+        "it was seen once more before it was taken: {result:?}"
+    );
     assert_safe(&cell).await;
     cell.stop().await.unwrap();
 }
@@ -57,10 +65,7 @@ async fn an_object_that_is_lost_in_transit_is_told() {
         .subscription::<ArmState>("arm/state", Qos::STREAM)
         .unwrap();
     let goal = cell.begin(crate::solid()).await.unwrap();
-    eventually("the object to hang on the cup", || {
-        places(&cell) == [Place::Held]
-    })
-    .await;
+    eventually("the object to hang on the cup", || places(&cell) == [Place::Held]).await;
     within("the arm to know it", async {
         while states.next().await.expect("the node runs").message.vacuum != ArmState::VACUUM_HELD {}
     })
@@ -68,8 +73,7 @@ async fn an_object_that_is_lost_in_transit_is_told() {
     tokio::time::sleep(std::time::Duration::from_secs(1)).await;
     cell.simulated.arm().unwrap().lose_object();
     let (_, result) = cell.end_of(&goal).await.unwrap();
-    let told = format!("{} {}", result.reason, last_error(&cell).await);
-    assert!(told.contains("dropped on the way"), "{told}");
+    assert!(result.reason.contains("dropped on the way"), "{}", result.reason);
     assert_safe(&cell).await;
     assert_picks_again(&cell).await;
     cell.stop().await.unwrap();

@@ -49,6 +49,7 @@ fn what_the_message_says_of_a_plan_is_told_with_the_success() {
     story.tell(Event::Captured { capture_id: "a".into() });
     story.tell(Event::Solved {
         cameras: vec!["c1".into(), "c2".into()],
+        message: String::new(),
     });
     story.tell(planned(vec![grasp(0.4)], "planned on c1 alone"));
     story.dry_run();
@@ -96,6 +97,7 @@ fn when_no_contact_is_left_it_says_what_was_tried() {
     story.tell(Event::Captured { capture_id: "a".into() });
     story.tell(Event::Solved {
         cameras: vec!["c1".into(), "c2".into()],
+        message: String::new(),
     });
     story.tell(planned(vec![grasp(0.4)], ""));
     story.assert_failed(
@@ -224,6 +226,7 @@ fn a_cycle_that_cannot_look_again_says_that_it_does_not_know() {
     story.tell(Event::Captured { capture_id: "a".into() });
     story.tell(Event::Solved {
         cameras: vec!["c1".into(), "c2".into()],
+        message: String::new(),
     });
     story.tell(Event::Planned(Planned {
         message: "results did not come".into(),

@@ -43,6 +43,7 @@ fn a_camera_that_is_gone_is_left_out_and_named() {
     story.tell(Event::Captured { capture_id: "b".into() });
     story.tell(Event::Solved {
         cameras: vec!["c1".into()],
+        message: String::new(),
     });
     story.tell(planned(Vec::new(), "c1: 0 object pixels"));
     story.assert_failed(
@@ -77,6 +78,7 @@ fn a_node_that_is_lost_ends_the_cycle_in_its_stage() {
     story.tell(Event::Captured { capture_id: "a".into() });
     story.tell(Event::Solved {
         cameras: vec!["c1".into()],
+        message: String::new(),
     });
     story.tell(lost("grasp_planner does not answer"));
     story.assert_failed(Stage::Plan, &["c2 was not solved", "grasp_planner"]);
@@ -110,6 +112,23 @@ fn the_next_mode_is_tried_when_one_finds_nothing() {
 }
 
 #[test]
+fn what_the_solver_missed_is_in_the_result_once() {
+    let dry = Order {
+        dry_run: true,
+        ..order()
+    };
+    let mut story = Story::begin(dry, policy(), Cup::Off);
+    story.tell(Event::Captured { capture_id: "a".into() });
+    story.tell(Event::Solved {
+        cameras: vec!["c1".into()],
+        message: "c2: void; c1: solved without L3".into(),
+    });
+    story.tell(planned(vec![grasp(0.4)], ""));
+    story.dry_run();
+    assert_eq!(story.outcome().reason, "c2: void; c1: solved without L3");
+}
+
+#[test]
 fn what_is_out_of_reach_is_not_tried() {
     let mut far = grasp(0.9);
     far.grasp_joints.clear();
@@ -117,6 +136,7 @@ fn what_is_out_of_reach_is_not_tried() {
     story.tell(Event::Captured { capture_id: "a".into() });
     story.tell(Event::Solved {
         cameras: vec!["c1".into(), "c2".into()],
+        message: String::new(),
     });
     story.tell(planned(vec![far], "all grasps lie beyond the arm's reach"));
     story.assert_failed(Stage::Plan, &["nothing to pick: all grasps lie beyond the arm's reach"]);

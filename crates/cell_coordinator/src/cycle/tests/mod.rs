@@ -176,6 +176,7 @@ impl Story {
         assert_eq!(self.wants, Some(Command::Solve { capture_id: "a".into() }));
         self.tell(Event::Solved {
             cameras: vec!["c1".into(), "c2".into()],
+            message: String::new(),
         });
         assert!(matches!(self.wants, Some(Command::Plan { .. })));
         let message = if grasps.is_empty() { "the table is empty" } else { "" };
