@@ -291,12 +291,7 @@ fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<Part<'_>>)
     let axes = [&tangent.u, &tangent.v, &tangent.normal];
     let [u, v, _] = axes.map(|axis| rotation * axis);
     let single = axes.map(|axis| axis.map(|x| x as f32));
-    let read = |index: usize| {
-        let [mut x, mut y] = grid.position(index);
-        if let Some(part) = only {
-            let [right, up] = jitter(index, part.seed);
-            (x, y) = (x + right * grid.pitch, y + up * grid.pitch);
-        }
+    let read = |[x, y]: [f64; 2]| {
         let pixel = view.input.camera.project(&Point3::from(middle + u * x + v * y))?;
         let (column, row) = view.fine.holding(&pixel)?;
         let share = only.map_or(1.0, |part| part.region.share(&view.fine, column, row));
@@ -315,9 +310,35 @@ fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<Part<'_>>)
             inside: share,
         })
     };
-    (0..grid.side() * grid.side())
-        .map(|index| read(index).unwrap_or_default())
-        .collect()
+    let cell = |index: usize| {
+        let [x, y] = grid.position(index);
+        let at = |[right, up]: [f64; 2]| read([x + right * grid.pitch, y + up * grid.pitch]);
+        match only {
+            Some(part) => at(jitter(index, part.seed)).unwrap_or_default(),
+            None => mean(QUARTERS.map(at)),
+        }
+    };
+    (0..grid.side() * grid.side()).map(cell).collect()
+}
+
+/// Middles of a cell's quarters: what noise does to one of them is not the cell's.
+const QUARTERS: [[f64; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
+
+/// Normal by confidence; nothing counts 0 for confidence and presence.
+fn mean(parts: [Option<ChartCell>; 4]) -> ChartCell {
+    let mut sum = ChartCell::default();
+    for part in parts.into_iter().flatten() {
+        for (sum, axis) in sum.normal.iter_mut().zip(part.normal) {
+            *sum += axis * part.confidence;
+        }
+        sum.confidence += part.confidence / 4.0;
+        sum.inside += part.inside / 4.0;
+    }
+    let length = sum.normal.iter().map(|axis| axis * axis).sum::<f32>().sqrt();
+    if length > 0.0 {
+        sum.normal = sum.normal.map(|axis| axis / length);
+    }
+    sum
 }
 
 fn edges(view: &View<'_>, tangent: &Tangent, reach: f64) -> Vec<ChartEdge> {
