@@ -217,16 +217,20 @@ impl Bench<'_> {
         found.unwrap_or_else(|| Matrix3::from_diagonal_element(self.options.highest.powi(2)))
     }
 
-    /// That something these views show is in the way of stem or gripper.
-    pub(crate) fn blocked(&self, views: &[usize], Place { point, normal }: &Place) -> Option<Failure> {
-        let blocked = |&view: &usize| {
+    /// That something a view shows is in the way of stem or gripper. Those that found the contact may have all of their
+    /// depth as wrong as the contact's; to the others it is where it is.
+    pub(crate) fn blocked(&self, found_by: &[usize], Place { point, normal }: &Place) -> Option<Failure> {
+        let lift = |view: usize| {
             let pixel = self.views[view].project(point)?;
             let depth = self.views[view].depth_near(&pixel, DEPTH_REACH)?;
-            let lift = (self.views[view].ray(&pixel)?.at(depth) - point).dot(normal);
+            Some((self.views[view].ray(&pixel)?.at(depth) - point).dot(normal))
+        };
+        let blocked = |view: usize| {
+            let lift = if found_by.contains(&view) { lift(view)? } else { 0.0 };
             let margin = self.options.limits.stem_margin;
             Some(self.points[view].in_the_way(point, normal, lift, self.cup, margin))
         };
-        let area = views.iter().filter_map(blocked).fold(0.0, f64::max);
+        let area = (0..self.views.len()).filter_map(blocked).fold(0.0, f64::max);
         let footprint = std::f64::consts::PI * self.cup.radius() * self.cup.radius();
         Failure::above(Test::Stem, area, BLOCKED * footprint)
     }

@@ -88,7 +88,9 @@ fn compare(views: &[View<'_>], patches: [&Patch; 2], options: &PlanOptions) -> O
     let smaller = a.axes[1].min(b.axes[1]);
     let allowed = limits.epipolar_px + limits.epipolar_share * smaller;
     let seen = place_by_depth(views, patches);
-    let point = seen.map_or(found.point, |(point, _)| point);
+    // Of two that contradict each other one is wrong, and their middle as well.
+    let agreed = seen.filter(|(_, apart)| *apart <= RANGE_BY_DEPTH);
+    let point = agreed.map_or(found.point, |(point, _)| point);
     let ratio = area_ratio(views, patches, &point, &normal)?;
     let height = point.z - options.table_height;
     let is_possible = found.epipolar_px <= allowed
@@ -106,7 +108,11 @@ fn compare(views: &[View<'_>], patches: [&Patch; 2], options: &PlanOptions) -> O
         point,
         normal,
         epipolar_px: found.epipolar_px,
-        range: if seen.is_some() { RANGE_BY_DEPTH } else { RANGE_BY_RAYS },
+        range: if agreed.is_some() {
+            RANGE_BY_DEPTH
+        } else {
+            RANGE_BY_RAYS
+        },
     };
     is_possible.then_some((cost, guess))
 }

@@ -287,6 +287,55 @@ fn two_views_need_no_depth() {
     assert!(off.abs() < 0.001 && angle < 1.5, "{off} {angle}");
 }
 
+/// The first view has all of its depth so much too far away, metres.
+fn misled(mut seen: [Seen; 2], by: f32) -> [Seen; 2] {
+    for depth in seen[0].depth.pixels_mut() {
+        *depth += by;
+    }
+    seen
+}
+
+#[test]
+fn a_depth_that_is_wrong_in_one_view_misleads_nobody() {
+    let block = Body::block(Point3::new(0.43, 0.0, 0.02), [0.07, 0.06, 0.04], Rotation3::identity());
+    for by in [-0.017, -0.012, 0.006, 0.012, 0.017] {
+        let seen = misled(see(std::slice::from_ref(&block), SIZE, NOISE), by);
+        let found = planned(&seen);
+        let tops: Vec<&Grasp> = found.grasps.iter().filter(|grasp| is_top(grasp)).collect();
+        for grasp in &tops {
+            let height = grasp.contact.z;
+            assert!(
+                (height - 0.04).abs() < 0.001,
+                "{by}: {height} of 0.04, {:?}",
+                grasp.source
+            );
+        }
+        assert!(!tops.is_empty(), "{by}: {:?}", found.refused);
+    }
+}
+
+fn is_top(grasp: &Grasp) -> bool {
+    grasp.normal.z > 0.9
+}
+
+#[test]
+fn what_one_view_alone_finds_is_not_taken_through_what_the_other_sees() {
+    let block = Body::block(Point3::new(0.43, 0.0, 0.02), [0.07, 0.06, 0.04], Rotation3::identity());
+    let mut options = PlanOptions::default();
+    options.matching.area_ratio = 1.0;
+    let seen = |by| misled(see(std::slice::from_ref(&block), SIZE, NOISE), by);
+    let right = plan(&inputs(&seen(0.0)), &Cup::default(), &options).unwrap();
+    let found_alone = |grasp: &Grasp| matches!(grasp.source, Source::OneView { .. });
+    assert!(right.grasps.iter().any(found_alone), "{:?}", right.refused);
+    let wrong = plan(&inputs(&seen(0.016)), &Cup::default(), &options).unwrap();
+    let below = wrong
+        .grasps
+        .iter()
+        .filter(|grasp| is_top(grasp) && grasp.contact.z < 0.035);
+    assert_eq!(below.count(), 0, "{:?}", wrong.grasps);
+    assert!(!refused_by(&wrong, Test::Stem).is_empty(), "{:?}", wrong.refused);
+}
+
 #[test]
 fn an_object_that_the_only_view_cuts_off_is_not_taken_at_a_guess() {
     let at = |y: f64| Body::block(Point3::new(0.43, y, 0.01), [0.06, 0.05, 0.02], Rotation3::identity());
