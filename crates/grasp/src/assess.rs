@@ -10,6 +10,7 @@ use crate::footprint::{Circle, Footprint};
 use crate::options::PlanOptions;
 use crate::refusal::{Failure, Refused, Test};
 use crate::result::{Carried, Grasp, Measured, Scores, Source};
+use crate::specks::SPECK;
 use crate::stem::SurfacePoints;
 use crate::surface::{Place, Surface};
 use crate::triangulate::{covariance, covariance_at_depth};
@@ -20,6 +21,8 @@ const CELLS: f64 = 8.0;
 const HALF: usize = 18;
 /// Pixels around the contact in which its depth is taken.
 const DEPTH_REACH: usize = 3;
+/// Holes up to this area may be taken for noise where a place is looked for, square metres.
+const LARGE_SPECK: f64 = 9e-6;
 /// Share of the footprint that may stand in the stem's way.
 const BLOCKED: f64 = 0.04;
 /// Cone beyond the sampled orientations in which normals are still served, as a share of their step.
@@ -64,10 +67,25 @@ impl Bench<'_> {
         }))
     }
 
+    /// Where the cup would stand. Where noise leaves no place wide enough, larger holes are taken for noise as well, which
+    /// the footprint then confirms or refutes.
     fn candidate<'a>(&self, surface: &'a Surface) -> Candidate<'a> {
-        let fold = self.options.search.fold.cos();
         let centre = self.centre_of_mass(surface);
-        let mut place = surface.best_place(self.cup, fold, &centre);
+        let strict = self.candidate_at(surface, SPECK, &centre);
+        if strict.measured.border >= self.cup.radius() + self.options.limits.border {
+            return strict;
+        }
+        let generous = self.candidate_at(surface, LARGE_SPECK, &centre);
+        if generous.measured.border > strict.measured.border {
+            generous
+        } else {
+            strict
+        }
+    }
+
+    fn candidate_at<'a>(&self, surface: &'a Surface, speck: f64, centre: &Point3<f64>) -> Candidate<'a> {
+        let fold = self.options.search.fold.cos();
+        let mut place = surface.best_place(self.cup, fold, speck, centre);
         let circle = Circle {
             radius: self.cup.radius(),
             edge_width: self.options.limits.edge_width,
@@ -87,7 +105,7 @@ impl Bench<'_> {
             surface,
             place,
             covariance,
-            measured: self.measured(surface, &place, &footprints, &covariance, &centre),
+            measured: self.measured(surface, &place, &footprints, &covariance, centre),
             footprints,
         }
     }

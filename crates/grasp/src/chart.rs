@@ -166,12 +166,12 @@ impl Chart {
         }
     }
 
-    /// By cell: on the object with a normal within an angle of the plane's, or a speck in such a surface.
-    pub(crate) fn open(&self, least_cosine: f64) -> Vec<bool> {
+    /// By cell: on the object with a normal within an angle of the plane's, or a speck (square metres) in such a surface.
+    pub(crate) fn open(&self, least_cosine: f64, speck: f64) -> Vec<bool> {
         let mut open: Vec<bool> = (0..self.cells.len())
             .map(|index| self.is_open(index, least_cosine))
             .collect();
-        open_specks(&mut open, self.grid.side(), self.grid.pitch);
+        open_specks(&mut open, self.grid.side(), self.grid.pitch, speck);
         open
     }
 

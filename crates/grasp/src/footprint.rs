@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use geometry::nalgebra::Vector3;
 
 use crate::chart::{Blurred, Chart};
+use crate::specks::SPECK;
 
 /// Places on the rim, and rings from the middle to it, at which slopes are read.
 const SPOKES: usize = 32;
@@ -132,7 +133,7 @@ fn slopes(chart: &Blurred, x: f64, y: f64) -> [f64; 2] {
 }
 
 fn border(chart: &Chart, fold: f64) -> f64 {
-    let open = chart.open(fold);
+    let open = chart.open(fold, SPECK);
     let closed = (0..open.len()).filter(|&index| !open[index]);
     let squared = closed.map(|index| {
         let [x, y] = chart.grid.position(index);

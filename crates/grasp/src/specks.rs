@@ -2,12 +2,12 @@
 
 /// A hole of less than this does not close the surface, square metres: under dark print noise takes the normal from a
 /// pixel here and there, or turns it. A real bore of less than two millimetres is left to the test of the edges.
-const SPECK: f64 = 3.2e-6;
+pub(crate) const SPECK: f64 = 3.2e-6;
 
 /// Opens what is closed in a square of cells with this pitch (metres) where it hangs together, corners included, over
-/// less than a speck's area and does not reach the square's border.
-pub(crate) fn open_specks(open: &mut [bool], side: usize, pitch: f64) {
-    let most = (SPECK / (pitch * pitch)) as usize;
+/// less than a speck's area (square metres) and does not reach the square's border.
+pub(crate) fn open_specks(open: &mut [bool], side: usize, pitch: f64, speck: f64) {
+    let most = (speck / (pitch * pitch)) as usize;
     let mut seen = open.to_vec();
     let mut hole = Vec::new();
     for start in 0..open.len() {
@@ -47,7 +47,7 @@ mod tests {
             .iter()
             .flat_map(|row| row.chars().map(|cell| cell == '.'))
             .collect();
-        open_specks(&mut open, 7, 0.001);
+        open_specks(&mut open, 7, 0.001, SPECK);
         let text = |row: &[bool]| row.iter().map(|open| if *open { '.' } else { '#' }).collect();
         open.chunks(7).map(text).collect()
     }

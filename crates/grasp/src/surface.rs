@@ -160,10 +160,10 @@ impl Surface {
     }
 
     /// The place that is farthest from where the patch ends, and among such places the one nearest to the patch's middle
-    /// and to the object's centre of mass.
-    pub(crate) fn best_place(&self, cup: &Cup, fold: f64, centre: &Point3<f64>) -> Place {
+    /// and to the object's centre of mass. Holes up to a speck's area (square metres) are taken for noise.
+    pub(crate) fn best_place(&self, cup: &Cup, fold: f64, speck: f64, centre: &Point3<f64>) -> Place {
         let grid = self.charts[0].grid;
-        let open: Vec<Vec<bool>> = self.charts.iter().map(|chart| chart.open(fold)).collect();
+        let open: Vec<Vec<bool>> = self.charts.iter().map(|chart| chart.open(fold, speck)).collect();
         let patch = squared_distances(grid.side(), |index| open.iter().all(|open| open[index]));
         let radii = |squared: f32| f64::from(squared).sqrt() * grid.pitch / cup.radius();
         let level = |x: f64, y: f64| (self.tangent.at(x, y) - centre).xy().norm();

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use futures::FutureExt;
 use interfaces::rakelight_msgs::action::{PickCycle, PickCycleGoal, PickCycleResult};
 use interfaces::rakelight_msgs::msg::{ArmState, CellState};
 use interfaces::std_srvs::srv::{Trigger, TriggerRequest, TriggerResponse};
@@ -15,6 +16,7 @@ pub(crate) struct Cell {
     pub(crate) world: World,
     pub(crate) stand_ins: BTreeMap<&'static str, StandIn>,
     pub(crate) states: Subscription<CellState>,
+    last_stage: Option<u8>,
     pub(crate) client: ActionClient<PickCycle>,
     pub(crate) operator: Node,
     pick: ServiceClient<Trigger>,
@@ -52,6 +54,7 @@ impl Cell {
             world,
             stand_ins,
             states: operator.subscription("state", Qos::LATCHED).unwrap(),
+            last_stage: None,
             client: operator.action_client("pick_cycle").unwrap(),
             pick: operator.service_client("pick").unwrap(),
             recover: operator.service_client("recover").unwrap(),
@@ -71,6 +74,7 @@ impl Cell {
         within(what, async {
             loop {
                 let state = self.states.next().await.expect("the node runs").message;
+                self.last_stage = Some(state.stage);
                 if wanted(&state) {
                     return state;
                 }
@@ -160,10 +164,14 @@ impl Cell {
         self.end().await;
     }
 
-    /// Waits until the cell is, or sees that it is: by a subscription of its own, whose first message is the newest.
+    /// Waits until the cell is, or sees that it is.
     pub(crate) async fn idle(&mut self) {
-        self.states = self.operator.subscription("state", Qos::LATCHED).unwrap();
-        self.stage(CellState::IDLE).await;
+        while let Some(Some(received)) = self.states.next().now_or_never() {
+            self.last_stage = Some(received.message.stage);
+        }
+        if self.last_stage != Some(CellState::IDLE) {
+            self.stage(CellState::IDLE).await;
+        }
     }
 
     pub(crate) async fn end(self) {

@@ -10,7 +10,6 @@ mod picks;
 mod report;
 mod truth;
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -39,7 +38,7 @@ pub(crate) struct Arguments {
     /// Kinds of shape, separated by commas.
     #[arg(long, value_delimiter = ',', value_name = "NAMES", default_values = HELD)]
     shapes: Vec<String>,
-    /// Of the first world.
+    /// Of the first world; a miss tells its world's, for `scatter: {seed: ..., count: ..., shapes: [...]}` in a world file.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Most speed of the tool, m/s.
@@ -51,9 +50,6 @@ pub(crate) struct Arguments {
     /// Runs of solving and planning two views of 1000 x 1000.
     #[arg(long, default_value_t = 9)]
     runs: usize,
-    /// Write what the cameras would see of each world with a miss into this folder.
-    #[arg(long, value_name = "DIR")]
-    png: Option<PathBuf>,
 }
 
 #[tokio::main]
