@@ -32,7 +32,9 @@ pub(crate) fn open_specks(open: &mut [bool], side: usize, pitch: f64, speck: f64
             }
         }
         if hole.len() <= most && !at_border {
-            hole.iter().for_each(|&at| open[at] = true);
+            for &at in &hole {
+                open[at] = true;
+            }
         }
     }
 }
