@@ -111,10 +111,11 @@ pub(super) fn turned(mut grasp: Grasp, turn: u32) -> Grasp {
     let angle = std::f64::consts::TAU * f64::from(turn) / f64::from(TURNS_AT_OBJECT);
     let about_tool = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
     for pose in [&mut grasp.pregrasp, &mut grasp.grasp, &mut grasp.retreat] {
-        let q = &pose.orientation;
-        let before = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(q.w, q.x, q.y, q.z));
-        let [x, y, z, w] = (before * about_tool).coords.into();
-        pose.orientation = Quaternion { x, y, z, w };
+        let Quaternion { x, y, z, w } = pose.orientation;
+        let before = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
+        let turned = (before * about_tool).coords;
+        (pose.orientation.x, pose.orientation.y) = (turned.x, turned.y);
+        (pose.orientation.z, pose.orientation.w) = (turned.z, turned.w);
     }
     // Those of another heading.
     grasp.pregrasp_joints.clear();
