@@ -29,7 +29,7 @@ async fn what_the_cup_cannot_hold_is_refused_with_the_test_that_failed_and_nothi
         let result = pick(&cell).await;
         assert_failed(&result, CellState::PLAN, &texts);
         assert_last_error(&cell, &result.reason).await;
-        let moved = joints().iter().zip(home).map(|(now, then)| (now - then).abs());
+        let moved = joints().into_iter().zip(home).map(|(now, then)| (now - then).abs());
         assert!(moved.fold(0.0, f64::max) < 1e-9, "the arm has moved");
     }
     assert_picks_again(&cell).await;
