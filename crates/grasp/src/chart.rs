@@ -71,8 +71,10 @@ pub(crate) struct ChartCell {
     /// Unit in the chart's axes (u, v, normal); 0 where there is none.
     pub(crate) normal: [f32; 3],
     pub(crate) confidence: f32,
-    /// 1 on the object or the patch, 0.5 where an edge ends the patch, else 0.
+    /// Share of the cell on the object or the patch; 0.5 where an edge ends the patch.
     pub(crate) inside: f32,
+    /// Cosine between the plane's normal and those of half of the cell at least; 0 where less is on the object.
+    pub(crate) facing: f32,
 }
 
 /// One pixel of an edge.
@@ -177,8 +179,7 @@ impl Chart {
 
     /// On the object with a normal within an angle of the plane's.
     fn is_open(&self, index: usize, least_cosine: f64) -> bool {
-        let cell = &self.cells[index];
-        cell.inside > 0.5 && f64::from(cell.normal[2]) >= least_cosine
+        f64::from(self.cells[index].facing) >= least_cosine
     }
 }
 
@@ -308,6 +309,7 @@ fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<Part<'_>>)
             normal,
             confidence: cell.confidence,
             inside: share,
+            facing: if share > 0.5 { normal[2] } else { 0.0 },
         })
     };
     let cell = |index: usize| {
@@ -324,9 +326,14 @@ fn cells(view: &View<'_>, tangent: &Tangent, grid: Grid, only: Option<Part<'_>>)
 /// Middles of a cell's quarters: what noise does to one of them is not the cell's.
 const QUARTERS: [[f64; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
 
-/// Normal by confidence; nothing counts 0 for confidence and presence.
+/// Normal by confidence; nothing counts 0 for confidence and presence. A border through the middle leaves two quarters.
 fn mean(parts: [Option<ChartCell>; 4]) -> ChartCell {
-    let mut sum = ChartCell::default();
+    let mut facing = parts.map(|part| part.map_or(0.0, |part| part.facing));
+    facing.sort_by(f32::total_cmp);
+    let mut sum = ChartCell {
+        facing: facing[2],
+        ..ChartCell::default()
+    };
     for part in parts.into_iter().flatten() {
         for (sum, axis) in sum.normal.iter_mut().zip(part.normal) {
             *sum += axis * part.confidence;

@@ -15,7 +15,8 @@ use sim::cell::Place;
 const BLOCK: &str = "{shape: {kind: box, size: [0.05, 0.04, 0.025]}, pose: {x: 0.45, y: 0.02, yaw: 0.4}, albedo: 0.7}";
 
 /// Machines that run tests are not punctual.
-const SETTINGS: [&str; 6] = [
+const SETTINGS: [&str; 7] = [
+    "camera_capture:frame_timeout:=5.0",
     "trajectory_executor:tool_speed:=0.8",
     "trajectory_executor:watchdog:=0.4",
     "trajectory_executor:state_timeout:=0.8",

@@ -19,11 +19,8 @@ async fn kill(node: &'static str, text: &str, before: u8, during: u8) {
     let (status, result) = cell.end_of(&goal).await.unwrap();
     assert_eq!(status, GoalStatus::Aborted);
     assert_failed(&result, during, &[text]);
-    let missed = cell
-        .state("without it", |state| state.waiting_for == [node])
-        .await
-        .unwrap();
-    assert_eq!(missed.stage, CellState::STARTING);
+    let waits = |state: &CellState| state.waiting_for == [node] && state.stage == CellState::STARTING;
+    cell.state("waiting for the node", waits).await.unwrap();
     cell.restart(node).unwrap();
     assert_safe(&cell).await;
     assert_picks_again(&cell).await;
