@@ -79,7 +79,10 @@ impl Objects {
         let mut carried = axis.at_contact();
         for cell in self.cells.iter().filter(|cell| cell.object == object) {
             let (upper, lower) = match &cell.place {
-                Seen::At(point) => (point + shift, axis.foot(&(point + shift))),
+                Seen::At(point) => {
+                    let upper = axis.over_table(point + shift);
+                    (upper, axis.foot(&upper))
+                }
                 Seen::Along(ray) => {
                     let Some(ends) = axis.contact_and_table(ray) else {
                         continue;
@@ -119,6 +122,11 @@ impl Axis {
             radius: (from - self.direction * along).norm() + width,
             length: along.max(0.0) + width * level,
         }
+    }
+
+    /// An object ends at the table, whatever its depth says.
+    fn over_table(&self, point: Point3<f64>) -> Point3<f64> {
+        Point3::new(point.x, point.y, point.z.max(self.table_height))
     }
 
     fn foot(&self, point: &Point3<f64>) -> Point3<f64> {
@@ -186,6 +194,15 @@ mod tests {
             (carried.radius - 0.05).abs() < 1e-12 && carried.length < 1e-12,
             "{carried:?}"
         );
+    }
+
+    #[test]
+    fn a_depth_below_the_table_makes_nothing_longer_than_down_to_the_table() {
+        let axis = down([0.4, 0.1, 0.023]);
+        let place = axis.over_table(Point3::new(0.42, 0.1, -0.04));
+        let carried = axis.around(&place, 0.0).and(&axis.around(&axis.foot(&place), 0.0));
+        assert!((carried.length - 0.013).abs() < 1e-12, "{carried:?}");
+        assert!((carried.radius - 0.02).abs() < 1e-12, "{carried:?}");
     }
 
     #[test]
