@@ -68,9 +68,10 @@ impl Cycle {
     pub(super) fn on_solved(&mut self, answer: Event) -> Option<Command> {
         match answer {
             Event::Solved { cameras, message } => {
-                let unsolved = self.cameras.iter().filter(|camera| !cameras.contains(camera));
-                let unsolved: Vec<&str> = unsolved.map(String::as_str).collect();
-                if message.is_empty() && !unsolved.is_empty() {
+                let is_unexplained =
+                    |camera: &&String| !cameras.contains(camera) && !candidates::names(&message, camera);
+                let unsolved: Vec<&str> = self.cameras.iter().filter(is_unexplained).map(String::as_str).collect();
+                if !unsolved.is_empty() {
                     let text = format!("{} was not solved", unsolved.join(", "));
                     self.note(text);
                 }

@@ -100,11 +100,7 @@ fn an_arm_that_is_stopped_or_has_a_fault_ends_it_in_any_stage() {
 
 #[test]
 fn a_dry_run_does_not_care_how_the_arm_is() {
-    let dry = Order {
-        dry_run: true,
-        ..order()
-    };
-    let mut story = Story::begin(dry, policy(), Cup::Held);
+    let mut story = Story::begin(dry_order(), policy(), Cup::Held);
     story.tell(unfit("the arm is not armed"));
     assert!(story.wants.is_none() && story.cycle.outcome().is_none());
     story.wants = Some(Command::Capture { cameras: Vec::new() });

@@ -46,11 +46,7 @@ fn what_the_message_says_of_a_plan_is_told_with_the_success() {
         ..policy()
     };
     let mut story = Story::begin(order(), unverified, Cup::Off);
-    story.tell(Event::Captured { capture_id: "a".into() });
-    story.tell(Event::Solved {
-        cameras: vec!["c1".into(), "c2".into()],
-        message: String::new(),
-    });
+    story.solve(&["c1", "c2"], "");
     story.tell(planned(vec![grasp(0.4)], "planned on c1 alone"));
     story.dry_run();
     for event in [Event::Done, moved(), held()] {
@@ -94,11 +90,7 @@ fn when_no_contact_is_left_it_says_what_was_tried() {
     for event in [Event::Done, moved(), moved(), Event::Done, moved(), Event::Done] {
         story.tell(event);
     }
-    story.tell(Event::Captured { capture_id: "a".into() });
-    story.tell(Event::Solved {
-        cameras: vec!["c1".into(), "c2".into()],
-        message: String::new(),
-    });
+    story.solve(&["c1", "c2"], "");
     story.tell(planned(vec![grasp(0.4)], ""));
     story.assert_failed(
         Stage::Plan,
@@ -223,11 +215,7 @@ fn a_cycle_that_cannot_look_again_says_that_it_does_not_know() {
     let mut story = Story::lifting();
     story.tell(moved()).tell(moved()).tell(Event::Done);
     story.tell(Event::Arm(report(Cup::Off))).tell(Event::Done);
-    story.tell(Event::Captured { capture_id: "a".into() });
-    story.tell(Event::Solved {
-        cameras: vec!["c1".into(), "c2".into()],
-        message: String::new(),
-    });
+    story.solve(&["c1", "c2"], "");
     story.tell(Event::Planned(Planned {
         message: "results did not come".into(),
         ..Planned::default()

@@ -17,6 +17,13 @@ pub(super) const CARRIED: Carried = Carried {
     length: 0.05,
 };
 
+pub(super) fn dry_order() -> Order {
+    Order {
+        dry_run: true,
+        ..order()
+    }
+}
+
 pub(super) fn policy() -> Policy {
     let seconds = Duration::from_secs;
     Policy {
@@ -169,15 +176,20 @@ impl Story {
         assert_eq!(next, None);
     }
 
-    /// A capture that is solved and planned to these grasps.
-    pub(super) fn see(&mut self, grasps: Vec<Grasp>) {
-        assert!(matches!(self.wants, Some(Command::Capture { .. })), "{:?}", self.wants);
+    /// A capture of which these cameras are solved, and what the solver says of it.
+    pub(super) fn solve(&mut self, cameras: &[&str], message: &str) {
         self.tell(Event::Captured { capture_id: "a".into() });
         assert_eq!(self.wants, Some(Command::Solve { capture_id: "a".into() }));
         self.tell(Event::Solved {
-            cameras: vec!["c1".into(), "c2".into()],
-            message: String::new(),
+            cameras: cameras.iter().map(|camera| (*camera).to_owned()).collect(),
+            message: message.to_owned(),
         });
+    }
+
+    /// A capture that is solved and planned to these grasps.
+    pub(super) fn see(&mut self, grasps: Vec<Grasp>) {
+        assert!(matches!(self.wants, Some(Command::Capture { .. })), "{:?}", self.wants);
+        self.solve(&["c1", "c2"], "");
         assert!(matches!(self.wants, Some(Command::Plan { .. })));
         let message = if grasps.is_empty() { "the table is empty" } else { "" };
         self.tell(planned(grasps, message));
