@@ -111,7 +111,7 @@ impl LightMeasurement {
             .channels()
             .map(|channel| (channel, signal(stack, channel)))
             .collect();
-        let noise = noise(stack.dark());
+        let noise = noise(stack.dark().rows());
         let mean = mean(&signals, stack.width() * stack.height());
         let usable = usable(stack, &mean, noise);
         let panels = signals.iter().map(|(channel, signal)| PanelMeasurement {
@@ -198,7 +198,7 @@ pub fn dark_channels(stack: &ExposureStack) -> Vec<u8> {
     };
     let signals: Vec<(u8, f64)> = stack.channels().map(signal).collect();
     let usual = median(signals.iter().map(|(_, signal)| *signal as f32));
-    let darkest = DEAD_NOISE_FACTOR * noise(stack.dark());
+    let darkest = DEAD_NOISE_FACTOR * noise(stack.dark().rows().step_by(SAMPLED));
     let is_dark = |signal: f64| signal <= darkest && usual > 2.0 * darkest;
     let dark = signals.into_iter().filter(|&(_, signal)| is_dark(signal));
     dark.map(|(channel, _)| channel).collect()
@@ -240,13 +240,11 @@ fn usable(stack: &ExposureStack, mean: &[f32], noise: f64) -> Vec<bool> {
 }
 
 /// From differences of neighbours in a row, which the scene hardly has, by their median absolute value.
-fn noise(dark: &Image<u16>) -> f64 {
+fn noise<'a>(dark: impl Iterator<Item = &'a [u16]>) -> f64 {
     const SIGMA_FROM_MEDIAN: f64 = 1.4826;
     // Quantisation to steps of 16 has this standard deviation even where the median of differences is zero.
     const QUANTISATION: f64 = 16.0 / 3.464_101_615;
-    let differences = dark
-        .rows()
-        .flat_map(|row| row.windows(2).map(|pair| f32::from(pair[0].abs_diff(pair[1]))));
+    let differences = dark.flat_map(|row| row.windows(2).map(|pair| f32::from(pair[0].abs_diff(pair[1]))));
     let sigma = SIGMA_FROM_MEDIAN * median(differences) / std::f64::consts::SQRT_2;
     sigma.max(QUANTISATION)
 }

@@ -7,7 +7,8 @@ use devices::Suction;
 
 use crate::services::Desk;
 
-const LOOK: Duration = Duration::from_millis(200);
+/// The controller is asked for it often enough already.
+const LOOK: Duration = Duration::from_secs(1);
 
 /// Looks until the task is ended.
 pub(crate) async fn attend(desk: Arc<Desk>) {
