@@ -2,7 +2,7 @@
 //! the real nodes in processes of their own, as `rakelight up` starts them.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -92,13 +92,8 @@ impl PickingCell {
     fn start_process(&mut self, nodes: &[&'static str]) -> anyhow::Result<()> {
         let name = *nodes.first().context("a process without nodes")?;
         let mut process = NodeProcesses::default();
-        let mut command = Command::new(&self.options.program);
-        command.arg("node").args(nodes).arg("--end-with-stdin");
-        command.arg("--config").arg(&self.config).arg("--ros-args");
-        for parameter in &self.options.parameters {
-            command.args(["-p", parameter]);
-        }
-        process.start_command(&self.domain, command)?;
+        let command = Command::new(&self.options.program);
+        process.start(&self.domain, command, nodes, &self.config, &self.options.parameters)?;
         self.processes.insert(name, process);
         Ok(())
     }
@@ -283,7 +278,7 @@ fn collect(operator: &Node) -> anyhow::Result<watch::Receiver<Vec<Arc<CellState>
 pub fn table_with(yaml: &str) -> anyhow::Result<World> {
     let folder = repository().join("launch_configs/worlds");
     let mut world = World::read(&folder.join("table.yaml"))?;
-    let other = World::from_yaml(yaml, Path::new(&folder))?;
+    let other = World::from_yaml(yaml, &folder)?;
     world.scene.bodies = other.scene.bodies;
     world.lights.wiring = other.lights.wiring;
     Ok(world)

@@ -80,7 +80,8 @@ pub struct NodeProcesses {
 }
 
 impl NodeProcesses {
-    /// Starts nodes in one process; `command` is the `rakelight` program, alone or below another.
+    /// Starts nodes in one process; `command` is the `rakelight` program, alone or below another. Parameters are
+    /// `node:name:=value`, in place of the config's.
     ///
     /// # Errors
     ///
@@ -91,12 +92,15 @@ impl NodeProcesses {
         mut command: Command,
         nodes: &[&str],
         config: &Path,
+        parameters: &[&str],
     ) -> anyhow::Result<()> {
         command
             .arg("node")
             .args(nodes)
             .args(["--end-with-stdin", "--config"])
-            .arg(config);
+            .arg(config)
+            .arg("--ros-args")
+            .args(parameters.iter().flat_map(|parameter| ["-p", *parameter]));
         self.start_command(domain, command)
     }
 
