@@ -11,7 +11,7 @@ use crate::options::PlanOptions;
 use crate::refusal::{Failure, Refused, Test};
 use crate::result::{Carried, Grasp, Measured, Scores, Source};
 use crate::specks::SPECK;
-use crate::stem::SurfacePoints;
+use crate::stem::{Lift, SurfacePoints};
 use crate::surface::{Place, Surface};
 use crate::triangulate::{covariance, covariance_at_depth};
 use crate::view::View;
@@ -71,25 +71,30 @@ impl Bench<'_> {
     /// the footprint then confirms or refutes.
     fn candidate<'a>(&self, surface: &'a Surface) -> Candidate<'a> {
         let centre = self.centre_of_mass(surface);
-        let strict = self.candidate_at(surface, SPECK, &centre);
-        if strict.measured.border >= self.cup.radius() + self.options.limits.border {
-            return strict;
+        let fold = self.options.search.fold.cos();
+        let place = |speck: f64| surface.best_place(self.cup, fold, speck, &centre);
+        let strict = place(SPECK);
+        let at_strict = self.candidate_at(surface, strict, &centre);
+        if at_strict.measured.border >= self.cup.radius() + self.options.limits.border {
+            return at_strict;
         }
-        let generous = self.candidate_at(surface, LARGE_SPECK, &centre);
-        if generous.measured.border > strict.measured.border {
-            generous
+        let generous = place(LARGE_SPECK);
+        if generous == strict {
+            return at_strict;
+        }
+        let at_generous = self.candidate_at(surface, generous, &centre);
+        if at_generous.measured.border > at_strict.measured.border {
+            at_generous
         } else {
-            strict
+            at_strict
         }
     }
 
-    fn candidate_at<'a>(&self, surface: &'a Surface, speck: f64, centre: &Point3<f64>) -> Candidate<'a> {
-        let fold = self.options.search.fold.cos();
-        let mut place = surface.best_place(self.cup, fold, speck, centre);
+    fn candidate_at<'a>(&self, surface: &'a Surface, mut place: Place, centre: &Point3<f64>) -> Candidate<'a> {
         let circle = Circle {
             radius: self.cup.radius(),
             edge_width: self.options.limits.edge_width,
-            fold,
+            fold: self.options.search.fold.cos(),
         };
         let grid = Grid {
             pitch: self.cup.radius() / CELLS,
@@ -239,12 +244,20 @@ impl Bench<'_> {
     /// depth as wrong as the contact's; to the others it is where it is.
     pub(crate) fn blocked(&self, found_by: &[usize], Place { point, normal }: &Place) -> Option<Failure> {
         let lift = |view: usize| {
-            let pixel = self.views[view].project(point)?;
-            let depth = self.views[view].depth_near(&pixel, DEPTH_REACH)?;
-            Some((self.views[view].ray(&pixel)?.at(depth) - point).dot(normal))
+            let view = &self.views[view];
+            let pixel = view.project(point)?;
+            let depth = view.depth_near(&pixel, DEPTH_REACH)?;
+            Some(Lift {
+                object: view.level.object_at(&pixel),
+                height: (view.ray(&pixel)?.at(depth) - point).dot(normal),
+            })
         };
         let blocked = |view: usize| {
-            let lift = if found_by.contains(&view) { lift(view)? } else { 0.0 };
+            let lift = if found_by.contains(&view) {
+                lift(view)?
+            } else {
+                Lift::default()
+            };
             let margin = self.options.limits.stem_margin;
             Some(self.points[view].in_the_way(point, normal, lift, self.cup, margin))
         };

@@ -52,23 +52,20 @@ impl Objects {
     pub(crate) fn new(view: &View<'_>) -> Self {
         let blocks = &view.level.blocks;
         let [focal, _] = view.input.camera.focal();
-        let cell = |(index, cell): (usize, &crate::level::Cell)| {
+        let cell = |index: usize| {
             let object = view.level.object_of(index);
             let pixel = blocks.pixel((index % blocks.width) as f64, (index / blocks.width) as f64);
             let ray = (object > 0).then(|| view.ray(&pixel)).flatten()?;
-            let depth = f64::from(cell.depth);
             Some(ObjectCell {
                 object,
-                place: if depth.is_nan() {
-                    Seen::Along(ray)
-                } else {
-                    Seen::At(ray.at(depth))
-                },
+                place: view
+                    .depth_of(index)
+                    .map_or(Seen::Along(ray), |depth| Seen::At(ray.at(depth))),
                 width: blocks.factor as f64 / focal,
             })
         };
         Self {
-            cells: blocks.cells.iter().enumerate().filter_map(cell).collect(),
+            cells: (0..blocks.cells.len()).filter_map(cell).collect(),
         }
     }
 

@@ -61,6 +61,7 @@ mod rank;
 mod refusal;
 mod region;
 mod result;
+mod seat;
 mod specks;
 mod stem;
 mod surface;

@@ -14,6 +14,7 @@ use crate::patch::{Found, find_patches, least_share};
 use crate::rank::ranked;
 use crate::refusal::{Failure, Refused, Test};
 use crate::result::Plan;
+use crate::seat::seat;
 use crate::stem::SurfacePoints;
 use crate::surface::{Shown, Surface};
 use crate::view::{View, ViewInput};
@@ -32,7 +33,7 @@ const WHOLE: f64 = 3.0;
 /// No view or more than two; images of another size than the camera's; a camera below the table; numbers out of range.
 pub fn plan(inputs: &[ViewInput<'_>], cup: &Cup, options: &PlanOptions) -> Result<Plan, GraspError> {
     let directions = options.unit_directions()?;
-    let views = prepare(inputs, cup, options)?;
+    let mut views = prepare(inputs, cup, options)?;
     let orientations = orientations(&directions, &options.search);
     let mut refused = Vec::new();
     let found: Vec<Found> = views
@@ -43,6 +44,7 @@ pub fn plan(inputs: &[ViewInput<'_>], cup: &Cup, options: &PlanOptions) -> Resul
         refused.extend(nothing_there(&views[view], view, found, cup, options));
     }
     let Correspondences { pairs, single } = matched(&views, &found, cup, options);
+    seat(&mut views, &pairs, &options.matching);
     let mut surfaces = pairs;
     for (view, shown) in single {
         match by_depth(&views, view, &shown, cup, options) {

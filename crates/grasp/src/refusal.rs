@@ -146,6 +146,9 @@ impl fmt::Display for Refused {
         if let Some(pixel) = self.pixel {
             write!(f, " at ({:.0}, {:.0})", pixel.x, pixel.y)?;
         }
+        if let Some(contact) = self.contact.map(|contact| 1e3 * contact) {
+            write!(f, ", ({:.0}, {:.0}, {:.1}) mm", contact.x, contact.y, contact.z)?;
+        }
         for (index, failure) in self.failures.iter().enumerate() {
             write!(f, "{} {failure}", if index == 0 { ":" } else { ";" })?;
         }

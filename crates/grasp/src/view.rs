@@ -57,6 +57,8 @@ pub(crate) struct View<'a> {
     pub(crate) fine: Blocks,
     pub(crate) level: Level,
     pub(crate) edges: Vec<EdgePixel>,
+    /// By object of the level, from 1: what its integrated depth is short of, metres.
+    depth_offsets: Vec<f64>,
 }
 
 /// One pixel of an edge.
@@ -86,6 +88,7 @@ impl<'a> View<'a> {
             fine: Blocks::default(),
             level: Level::default(),
             edges: Vec::new(),
+            depth_offsets: Vec::new(),
         };
         let distance = view.distance_to_table(options.table_height);
         let cup_px = cup.radius() * input.camera.focal()[0] / distance;
@@ -94,6 +97,7 @@ impl<'a> View<'a> {
         view.fine = Blocks::new(input, fine as usize);
         view.level = Level::new(view.fine.coarser(coarser as usize));
         view.edges = view.edge_pixels();
+        view.depth_offsets = vec![0.0; view.level.object_middles.len()];
         Ok(view)
     }
 
@@ -140,7 +144,29 @@ impl<'a> View<'a> {
         Some([Vector3::new(x.x, y.x, z.x), Vector3::new(x.y, y.y, z.y)])
     }
 
-    /// Median of the integrated depth within some pixels of a pixel; none where there is none.
+    /// Says how much deeper an object is than its integrated depth, metres.
+    pub(crate) fn move_depth(&mut self, object: u16, by: f64) {
+        let place = usize::from(object).checked_sub(1);
+        if let Some(offset) = place.and_then(|place| self.depth_offsets.get_mut(place)) {
+            *offset = by;
+        }
+    }
+
+    fn depth_offset(&self, object: u16) -> f64 {
+        let place = usize::from(object).checked_sub(1);
+        place
+            .and_then(|place| self.depth_offsets.get(place))
+            .copied()
+            .unwrap_or(0.0)
+    }
+
+    /// Depth of a cell of the level; none where there is none.
+    pub(crate) fn depth_of(&self, cell: usize) -> Option<f64> {
+        let depth = f64::from(self.level.blocks.cells[cell].depth);
+        (!depth.is_nan()).then(|| depth + self.depth_offset(self.level.object_of(cell)))
+    }
+
+    /// Median of the depth within some pixels of a pixel; none where there is none.
     pub(crate) fn depth_near(&self, pixel: &Point2<f64>, reach: usize) -> Option<f64> {
         let image = self.input.depth?;
         let (x, y) = (pixel.x.round().max(0.0) as usize, pixel.y.round().max(0.0) as usize);
@@ -149,7 +175,8 @@ impl<'a> View<'a> {
         let near = rows.flat_map(|y| (x.saturating_sub(reach)..=x + reach).filter_map(move |x| at(x, y)));
         let mut found: Vec<f32> = near.filter(|depth| depth.is_finite() && *depth > 0.0).collect();
         found.sort_by(f32::total_cmp);
-        found.get(found.len() / 2).map(|&depth| f64::from(depth))
+        let offset = self.depth_offset(self.level.object_at(pixel));
+        found.get(found.len() / 2).map(|&depth| f64::from(depth) + offset)
     }
 
     /// How near an object comes to the image's border, pixels; far away for no object.

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Body, Seen, inputs, see};
-use geometry::nalgebra::{Point3, Rotation3, Vector3};
+use geometry::nalgebra::{Point2, Point3, Rotation3, Vector3};
 use grasp::{Cup, Grasp, GraspError, Plan, PlanOptions, Source, Test, plan};
 use imaging::{Image, Mask};
 
@@ -388,6 +388,55 @@ fn nothing_beside_a_wall_is_taken_by_a_stem_that_hits_it() {
     assert_eq!(low(&blocked), 0, "{:?}", blocked.grasps);
     assert!(low(&found) > 0, "{:?}", found.refused);
     assert!(!refused_by(&blocked, Test::Stem).is_empty(), "{:?}", blocked.refused);
+}
+
+/// The gripper of the cell: wide, and close behind the lip.
+fn with_a_wide_gripper() -> Cup {
+    Cup {
+        body_diameter: 0.12,
+        body_distance: 0.007,
+        ..Cup::default()
+    }
+}
+
+#[test]
+fn an_object_that_one_view_takes_for_a_sheet_is_not_hidden_behind_a_lower_one() {
+    let high = Body::block(
+        Point3::new(0.41, -0.03, 0.009),
+        [0.05, 0.05, 0.018],
+        Rotation3::identity(),
+    );
+    let low = Body::block(
+        Point3::new(0.46, 0.03, 0.004),
+        [0.04, 0.04, 0.008],
+        Rotation3::identity(),
+    );
+    let mut seen = see(&[high, low], SIZE, NOISE);
+    let right = plan(&inputs(&seen), &with_a_wide_gripper(), &PlanOptions::default()).unwrap();
+    // What lies over 12 mm in the first view is the high block, which is now on the table there.
+    let (camera, pose) = (seen[0].camera, seen[0].base_from_camera);
+    let sunk = |x: usize, y: usize, depth: f32| {
+        let ray = camera.unproject(&Point2::new(x as f64, y as f64)).unwrap();
+        let place = pose.transform_point(&Point3::from(ray * f64::from(depth)));
+        if place.z > 0.012 { depth + 0.018 } else { depth }
+    };
+    let depth = seen[0].depth.clone();
+    seen[0].depth = Image::from_fn(SIZE, SIZE, |x, y| sunk(x, y, depth.row(y)[x]));
+    let wrong = plan(&inputs(&seen), &with_a_wide_gripper(), &PlanOptions::default()).unwrap();
+    for (name, found) in [("right", &right), ("wrong", &wrong)] {
+        let heights: Vec<f64> = found.grasps.iter().map(|grasp| grasp.contact.z).collect();
+        let is_high = |height: &f64| (height - 0.018).abs() < 0.001;
+        assert!(
+            !heights.is_empty() && heights.iter().all(is_high),
+            "{name}: {heights:?}, {:?}",
+            found.refused
+        );
+        assert!(
+            !refused_by(found, Test::Stem).is_empty(),
+            "{name}: the gripper hits nothing: {:?}",
+            found.refused
+        );
+    }
 }
 
 #[test]

@@ -57,6 +57,9 @@ impl Desk {
         } else {
             tracing::warn!(capture_id, grasps = count, took_ms, message, "nothing to grasp");
         }
+        for refused in planned.iter().flat_map(|planned| &planned.plan.refused) {
+            tracing::debug!(capture_id, %refused, "a candidate");
+        }
         let timing = StageTiming {
             stage: CellState::PLAN,
             succeeded: success,
