@@ -149,6 +149,13 @@ impl Level {
         near.into_iter().filter_map(at).find(|object| *object > 0).unwrap_or(0)
     }
 
+    /// The object of a cell or, at an object's border, of a neighbour, counted from 1; 0 is none.
+    pub(crate) fn object_near(&self, cell: usize) -> u16 {
+        let neighbours = self.blocks.neighbours(cell).flatten();
+        let mut near = std::iter::once(cell).chain(neighbours).map(|cell| self.objects[cell]);
+        near.find(|object| *object > 0).unwrap_or(0)
+    }
+
     /// The object that a cell belongs to, counted from 1; 0 is none.
     pub(crate) fn object_of(&self, index: usize) -> u16 {
         self.objects[index]

@@ -41,7 +41,7 @@ impl SurfacePoints {
             Some(SurfacePoint {
                 place: view.ray(&pixel)?.at(depth),
                 area,
-                object: view.level.object_of(index),
+                object: view.level.object_near(index),
             })
         };
         Self {

@@ -163,7 +163,7 @@ impl<'a> View<'a> {
     /// Depth of a cell of the level; none where there is none.
     pub(crate) fn depth_of(&self, cell: usize) -> Option<f64> {
         let depth = f64::from(self.level.blocks.cells[cell].depth);
-        (!depth.is_nan()).then(|| depth + self.depth_offset(self.level.object_of(cell)))
+        (!depth.is_nan()).then(|| depth + self.depth_offset(self.level.object_near(cell)))
     }
 
     /// Median of the depth within some pixels of a pixel; none where there is none.

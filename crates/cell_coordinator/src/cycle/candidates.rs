@@ -16,12 +16,17 @@ pub(super) fn contact(grasp: &Grasp) -> Point3<f64> {
 
 /// Those that the arm reaches and that have not failed, as the planner ranked them.
 pub(super) fn worth_trying(grasps: Vec<Grasp>, failed: &[Point3<f64>]) -> Vec<Grasp> {
-    let is_new = |grasp: &Grasp| failed.iter().all(|at| (contact(grasp) - at).norm() > SAME_CONTACT);
+    let is_new = |grasp: &Grasp| !is_among(&contact(grasp), failed);
     let is_reached = |grasp: &Grasp| !grasp.pregrasp_joints.is_empty() && !grasp.grasp_joints.is_empty();
     grasps
         .into_iter()
         .filter(|grasp| is_reached(grasp) && is_new(grasp))
         .collect()
+}
+
+/// Whether a contact is the same as one of those.
+pub(super) fn is_among(contact: &Point3<f64>, those: &[Point3<f64>]) -> bool {
+    those.iter().any(|at| (contact - at).norm() <= SAME_CONTACT)
 }
 
 /// Whether something can still be grasped where an object was taken.

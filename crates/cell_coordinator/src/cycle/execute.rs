@@ -1,5 +1,7 @@
 //! Taking the object and putting it into the bin.
 
+use interfaces::rakelight_msgs::msg::Grasp;
+
 use super::candidates::{self, place};
 use super::dialogue::{Command, Cup, Event, Fault};
 use super::ending::Next;
@@ -118,11 +120,11 @@ impl Cycle {
         match (step, fault) {
             (Step::Pregrasp, Fault::Refused(_)) => {
                 let trouble = format!("the way to it failed: {reason}");
-                self.give_up(&trouble, Abandon::PumpOff { was_near: false })
+                self.put_off(&trouble, Abandon::PumpOff { was_near: false })
             }
             (Step::Approach, Fault::Refused(_)) if self.cup != Cup::Held => {
                 let trouble = format!("the approach failed: {reason}");
-                self.give_up(&trouble, Abandon::PumpOff { was_near: true })
+                self.put_off(&trouble, Abandon::PumpOff { was_near: true })
             }
             (Step::Lift | Step::ToBin, Fault::Refused(_)) if self.seen_held && self.cup != Cup::Held => self.dropped(),
             (Step::PumpOn | Step::PumpOff, _) => self.fail(&format!("the pump was not switched: {reason}")),
@@ -133,18 +135,37 @@ impl Cycle {
         }
     }
 
+    /// A way that was found free did not go to its end. That says little of the grasp, which may be tried once more.
+    fn put_off(&mut self, trouble: &str, first: Abandon) -> Option<Command> {
+        let contact = self.grasp_under_way().map(candidates::contact);
+        match contact {
+            Some(contact) if !candidates::is_among(&contact, &self.put_off) => {
+                self.put_off.push(contact);
+                self.abandon(trouble, first)
+            }
+            _ => self.give_up(trouble, first),
+        }
+    }
+
     /// This grasp is done with; the arm gets out of the way.
     pub(super) fn give_up(&mut self, trouble: &str, first: Abandon) -> Option<Command> {
-        let grasp = self.task.as_ref().and_then(|task| task.reach.as_ref());
-        let trouble = match grasp.map(|reach| &reach.grasp) {
-            Some(grasp) => {
-                self.failed.push(candidates::contact(grasp));
-                format!("grasp {}: {trouble}", place(grasp))
-            }
+        let contact = self.grasp_under_way().map(candidates::contact);
+        self.failed.extend(contact);
+        self.abandon(trouble, first)
+    }
+
+    fn abandon(&mut self, trouble: &str, first: Abandon) -> Option<Command> {
+        let trouble = match self.grasp_under_way() {
+            Some(grasp) => format!("grasp {}: {trouble}", place(grasp)),
             None => trouble.to_owned(),
         };
         self.troubles.push(trouble);
         self.step(Step::Abandon(first))
+    }
+
+    fn grasp_under_way(&self) -> Option<&Grasp> {
+        let reach = self.task.as_ref().and_then(|task| task.reach.as_ref());
+        reach.map(|reach| &reach.grasp)
     }
 
     fn on_abandoned(&mut self, abandon: Abandon, answer: &Event) -> Option<Command> {

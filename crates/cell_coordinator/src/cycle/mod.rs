@@ -9,7 +9,8 @@
 //!
 //! `check` runs the whole way to the bin as a dry run before anything moves; a grasp that is refused there gives way to the
 //! next best. Once the arm has been at the object, what was seen before counts no more: the next try begins with a new
-//! capture, and contacts that failed are not tried again. The last three stages look whether the object is gone.
+//! capture, and contacts that failed are not tried again; one whose way was cut short is, once. The last three stages
+//! look whether the object is gone.
 
 mod candidates;
 mod check;
@@ -71,6 +72,8 @@ pub(crate) struct Cycle {
     candidates: std::collections::VecDeque<Grasp>,
     /// Contacts at which the cup did not hold.
     failed: Vec<Point3<f64>>,
+    /// Contacts that the arm did not come to, once each.
+    put_off: Vec<Point3<f64>>,
     /// What went wrong on the way, for people.
     troubles: Vec<String>,
     /// Why no mode gave a grasp.
@@ -118,6 +121,7 @@ impl Cycle {
             attempts: 0,
             candidates: std::collections::VecDeque::new(),
             failed: Vec::new(),
+            put_off: Vec::new(),
             troubles: Vec::new(),
             nothing: Vec::new(),
             task: None,

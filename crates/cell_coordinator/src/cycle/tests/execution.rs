@@ -143,6 +143,34 @@ fn a_way_that_fails_leads_home_with_the_pump_off_and_to_another_try() {
 }
 
 #[test]
+fn a_contact_whose_way_was_cut_short_is_tried_once_more_and_not_twice() {
+    let mut story = Story::executing();
+    for attempt in 1..=2 {
+        for event in [Event::Done, moved(), refused("the servo loop was late")] {
+            story.tell(event);
+        }
+        for event in [Event::Done, moved(), Event::Done] {
+            story.tell(event);
+        }
+        if attempt == 1 {
+            story.see(vec![grasp(0.401)]);
+            story.dry_run();
+        }
+    }
+    story.solve(&["c1", "c2"], "");
+    story.tell(planned(vec![grasp(0.4)], ""));
+    story.assert_failed(
+        Stage::Plan,
+        &[
+            "at (0.400",
+            "at (0.401",
+            "was late",
+            "only grasps are left that have failed",
+        ],
+    );
+}
+
+#[test]
 fn an_object_that_is_dropped_ends_the_motion_and_is_looked_for_again() {
     let mut story = Story::lifting();
     story.tell(moved()).tell(Event::Arm(report(Cup::On)));
