@@ -43,5 +43,5 @@ fn offset(view: &View<'_>, surface: &Surface, patch: &Patch) -> Option<f64> {
     let (origin, normal) = (surface.tangent.origin, surface.tangent.normal);
     let depth = normal.dot(&(origin - ray.origin)) / normal.dot(&ray.direction);
     let integrated = view.depth_near(&patch.inside, DEPTH_REACH)?;
-    (depth > 0.0 && depth.is_finite()).then(|| depth - integrated)
+    (depth > 0.0 && depth.is_finite()).then_some(depth - integrated)
 }
