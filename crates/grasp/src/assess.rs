@@ -14,13 +14,11 @@ use crate::specks::SPECK;
 use crate::stem::{Lift, SurfacePoints};
 use crate::surface::{Place, Surface};
 use crate::triangulate::{covariance, covariance_at_depth};
-use crate::view::View;
+use crate::view::{DEPTH_REACH, View};
 
 /// Cells of a footprint's chart across the cup's radius, and from its middle to its border.
 const CELLS: f64 = 8.0;
 const HALF: usize = 18;
-/// Pixels around the contact in which its depth is taken.
-const DEPTH_REACH: usize = 3;
 /// Holes up to this area may be taken for noise where a place is looked for, square metres.
 const LARGE_SPECK: f64 = 9e-6;
 /// Share of the footprint that may stand in the stem's way.
@@ -240,8 +238,8 @@ impl Bench<'_> {
         found.unwrap_or_else(|| Matrix3::from_diagonal_element(self.options.highest.powi(2)))
     }
 
-    /// That something a view shows is in the way of stem or gripper. Those that found the contact may have all of their
-    /// depth as wrong as the contact's; to the others it is where it is.
+    /// That something a view shows is in the way of stem or gripper. Those that found the contact may have the whole
+    /// object's depth as wrong as the contact's; to the others it is where it is.
     pub(crate) fn blocked(&self, found_by: &[usize], Place { point, normal }: &Place) -> Option<Failure> {
         let lift = |view: usize| {
             let view = &self.views[view];

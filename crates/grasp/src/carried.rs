@@ -4,14 +4,12 @@ use geometry::Ray;
 use geometry::nalgebra::{Point3, Vector3};
 
 use crate::result::Carried;
-use crate::view::View;
+use crate::view::{DEPTH_REACH, View};
 
 /// Silhouettes and depths are known no better than this, metres.
 const MARGIN: f64 = 0.003;
 /// No cylinder is longer or wider, metres: a heap in which everything touches is no one object.
 const MOST: f64 = 0.15;
-/// Pixels around the contact in which its depth is taken.
-const DEPTH_REACH: usize = 3;
 
 /// The objects of a view, in cells.
 #[derive(Debug)]

@@ -139,14 +139,8 @@ impl Level {
 
     /// The object at or next to a pixel; 0 is none.
     pub(crate) fn object_at(&self, pixel: &Point2<f64>) -> u16 {
-        let [x, y] = self.blocks.cell(pixel).map(|position| position.round() as i64);
-        let near = [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)];
-        let at = |(dx, dy): (i64, i64)| {
-            let (x, y) = (x + dx, y + dy);
-            let within = (0..self.blocks.width as i64).contains(&x) && (0..self.blocks.height as i64).contains(&y);
-            within.then(|| self.objects[y as usize * self.blocks.width + x as usize])
-        };
-        near.into_iter().filter_map(at).find(|object| *object > 0).unwrap_or(0)
+        let cell = self.blocks.holding(pixel);
+        cell.map_or(0, |(x, y)| self.object_near(y * self.blocks.width + x))
     }
 
     /// The object of a cell or, at an object's border, of a neighbour, counted from 1; 0 is none.

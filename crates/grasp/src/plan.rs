@@ -17,10 +17,8 @@ use crate::result::Plan;
 use crate::seat::seat;
 use crate::stem::SurfacePoints;
 use crate::surface::{Shown, Surface};
-use crate::view::{View, ViewInput};
+use crate::view::{DEPTH_REACH, View, ViewInput};
 
-/// Pixels around a patch's middle in which its depth is taken.
-const DEPTH_REACH: usize = 3;
 /// An object that comes nearer to the image's border may go on beyond it, pixels.
 const WHOLE: f64 = 3.0;
 

@@ -7,41 +7,27 @@
 use crate::options::MatchOptions;
 use crate::patch::Patch;
 use crate::surface::Surface;
-use crate::view::View;
-
-/// Pixels around a patch's inner pixel in which its depth is taken.
-const DEPTH_REACH: usize = 3;
+use crate::view::{DEPTH_REACH, View};
 
 /// Moves each object's depth, in each view, so that the largest patch which both views show lies where they show it.
 pub(crate) fn seat(views: &mut [View<'_>], pairs: &[Surface], matching: &MatchOptions) {
-    let is_sure = |surface: &&Surface| {
-        surface
-            .offset
-            .is_some_and(|offset| offset.mismatch <= matching.mismatch)
-    };
-    let mut largest_last: Vec<&Surface> = pairs.iter().filter(is_sure).collect();
+    let is_sure = |surface: &Surface| surface.offset.is_some_and(|pair| pair.mismatch <= matching.mismatch);
+    let mut largest_last: Vec<&Surface> = pairs.iter().filter(|surface| is_sure(surface)).collect();
     largest_last.sort_by(|a, b| a.area.total_cmp(&b.area));
-    let offsets: Vec<(usize, u16, f64)> = largest_last
-        .into_iter()
-        .flat_map(|surface| {
-            surface
-                .views
-                .iter()
-                .zip(&surface.patches)
-                .map(move |shown| (surface, shown))
-        })
-        .filter_map(|(surface, (&view, patch))| Some((view, patch.object, offset(&views[view], surface, patch)?)))
-        .collect();
-    for (view, object, offset) in offsets {
-        views[view].move_depth(object, offset);
+    for surface in largest_last {
+        for (&view, patch) in surface.views.iter().zip(&surface.patches) {
+            if let Some(by) = offset(&views[view], surface, patch) {
+                views[view].move_depth(patch.object, by);
+            }
+        }
     }
 }
 
-/// How much deeper a patch is than a view's depth has it, along the optical axis, metres.
+/// How much deeper a patch is than a view has it so far, along the optical axis, metres.
 fn offset(view: &View<'_>, surface: &Surface, patch: &Patch) -> Option<f64> {
     let ray = view.ray(&patch.inside)?;
     let (origin, normal) = (surface.tangent.origin, surface.tangent.normal);
     let depth = normal.dot(&(origin - ray.origin)) / normal.dot(&ray.direction);
-    let integrated = view.depth_near(&patch.inside, DEPTH_REACH)?;
-    (depth > 0.0 && depth.is_finite()).then_some(depth - integrated)
+    let known = view.depth_near(&patch.inside, DEPTH_REACH)?;
+    (depth > 0.0 && depth.is_finite()).then_some(depth - known)
 }

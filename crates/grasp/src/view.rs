@@ -17,6 +17,8 @@ const LEAST_EDGE: f32 = 0.25;
 const FINE_CELLS_ACROSS_RADIUS: f64 = 12.0;
 /// Cells of the coarse level across the cup's radius, at least.
 const CELLS_ACROSS_RADIUS: f64 = 6.0;
+/// Pixels around a place in which its depth is taken.
+pub(crate) const DEPTH_REACH: usize = 3;
 
 /// Differences that take the place of derivatives of the lens, metres.
 const JACOBIAN_STEP: f64 = 1e-5;
@@ -57,7 +59,7 @@ pub(crate) struct View<'a> {
     pub(crate) fine: Blocks,
     pub(crate) level: Level,
     pub(crate) edges: Vec<EdgePixel>,
-    /// By object of the level, from 1: what its integrated depth is short of, metres.
+    /// By object of the level (0: none): what its integrated depth is short of, metres.
     depth_offsets: Vec<f64>,
 }
 
@@ -97,7 +99,7 @@ impl<'a> View<'a> {
         view.fine = Blocks::new(input, fine as usize);
         view.level = Level::new(view.fine.coarser(coarser as usize));
         view.edges = view.edge_pixels();
-        view.depth_offsets = vec![0.0; view.level.object_middles.len()];
+        view.depth_offsets = vec![0.0; view.level.object_middles.len() + 1];
         Ok(view)
     }
 
@@ -144,26 +146,17 @@ impl<'a> View<'a> {
         Some([Vector3::new(x.x, y.x, z.x), Vector3::new(x.y, y.y, z.y)])
     }
 
-    /// Says how much deeper an object is than its integrated depth, metres.
+    /// Moves an object's depth, metres.
     pub(crate) fn move_depth(&mut self, object: u16, by: f64) {
-        let place = usize::from(object).checked_sub(1);
-        if let Some(offset) = place.and_then(|place| self.depth_offsets.get_mut(place)) {
-            *offset = by;
+        if object > 0 {
+            self.depth_offsets[usize::from(object)] += by;
         }
-    }
-
-    fn depth_offset(&self, object: u16) -> f64 {
-        let place = usize::from(object).checked_sub(1);
-        place
-            .and_then(|place| self.depth_offsets.get(place))
-            .copied()
-            .unwrap_or(0.0)
     }
 
     /// Depth of a cell of the level; none where there is none.
     pub(crate) fn depth_of(&self, cell: usize) -> Option<f64> {
         let depth = f64::from(self.level.blocks.cells[cell].depth);
-        (!depth.is_nan()).then(|| depth + self.depth_offset(self.level.object_near(cell)))
+        (!depth.is_nan()).then(|| depth + self.depth_offsets[usize::from(self.level.object_near(cell))])
     }
 
     /// Median of the depth within some pixels of a pixel; none where there is none.
@@ -175,7 +168,7 @@ impl<'a> View<'a> {
         let near = rows.flat_map(|y| (x.saturating_sub(reach)..=x + reach).filter_map(move |x| at(x, y)));
         let mut found: Vec<f32> = near.filter(|depth| depth.is_finite() && *depth > 0.0).collect();
         found.sort_by(f32::total_cmp);
-        let offset = self.depth_offset(self.level.object_at(pixel));
+        let offset = self.depth_offsets[usize::from(self.level.object_at(pixel))];
         found.get(found.len() / 2).map(|&depth| f64::from(depth) + offset)
     }
 

@@ -70,7 +70,7 @@ pub(crate) struct Cycle {
     attempts: u32,
     /// Best first.
     candidates: std::collections::VecDeque<Grasp>,
-    /// Contacts at which the cup did not hold.
+    /// Contacts that are not tried again.
     failed: Vec<Point3<f64>>,
     /// Contacts that the arm did not come to, once each.
     put_off: Vec<Point3<f64>>,

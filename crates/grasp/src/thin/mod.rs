@@ -25,7 +25,7 @@ use crate::result::{Carried, Grasp, Measured, Plan, Source};
 use crate::stem::SurfacePoints;
 use crate::surface::Place;
 use crate::triangulate::{covariance, covariance_at_depth, triangulate};
-use crate::view::{View, ViewInput};
+use crate::view::{DEPTH_REACH, View, ViewInput};
 use outline::{Outline, outlines};
 
 /// Outlines whose circle is smaller than this share of the cup's are specks, no candidates.
@@ -36,8 +36,6 @@ const SAME_RADIUS: f64 = 1.15;
 const BELOW_TABLE: f64 = 0.004;
 /// Without depth a thin object's top is known this well from a single view, metres.
 const SIGMA_HEIGHT: f64 = 0.003;
-/// Pixels around a middle in which its depth is taken.
-const DEPTH_REACH: usize = 3;
 /// Cells of a footprint's chart across the cup's radius, and from its middle to its border.
 const CELLS: f64 = 8.0;
 const HALF: usize = 12;
