@@ -8,7 +8,7 @@ use super::counts::Counts;
 use crate::process::cargo;
 use crate::repository::Repository;
 use crate::setup;
-use crate::workspace::{SCENARIOS, Workspace};
+use crate::workspace::Workspace;
 
 /// Whose tests a stage runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +69,7 @@ fn has_compile_error(output: &str) -> bool {
 pub(super) fn all(repository: &Repository) -> Result<Vec<Stage>> {
     let mut stages = xtask_stages(repository);
     stages.extend(workspace_stages(repository)?);
-    stages.extend(rclpy_stages(repository)?);
+    stages.push(rclpy_stage(repository)?);
     Ok(stages)
 }
 
@@ -139,11 +139,9 @@ fn workspace_stages(repository: &Repository) -> Result<Vec<Stage>> {
 /// nextest's exit code when the tests could not be built.
 const NEXTEST_BUILD_FAILED: i32 = 101;
 
-fn rclpy_stages(repository: &Repository) -> Result<Vec<Stage>> {
-    let mut build = cargo();
-    build
-        .args(["build", "-p", "rakelight", "-p", SCENARIOS, "--bins"])
-        .current_dir(repository.root());
+/// They start the programs that the Rust tests' stage has built: a build of the programs alone would compile most of
+/// the workspace once more, without the features that only tests ask for.
+fn rclpy_stage(repository: &Repository) -> Result<Stage> {
     let programs = Workspace::read(repository)?.target_folder()?.join("debug");
     let mut pytest = Command::new(repository.venv_python());
     pytest
@@ -162,13 +160,7 @@ fn rclpy_stages(repository: &Repository) -> Result<Vec<Stage>> {
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("PYTHONUNBUFFERED", "1")
         .env("RAKELIGHT_BIN_DIR", programs);
-    Ok(vec![
-        Stage {
-            is_fatal: |_, _| true,
-            ..Stage::check("programs for the rclpy tests", build)
-        },
-        Stage::tests("rclpy tests", Kind::Rclpy, Counts::of_pytest, pytest),
-    ])
+    Ok(Stage::tests("rclpy tests", Kind::Rclpy, Counts::of_pytest, pytest))
 }
 
 #[cfg(test)]
