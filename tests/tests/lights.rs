@@ -149,7 +149,7 @@ async fn a_sequence_is_answered_with_its_times_and_shown_in_the_state() {
     assert_eq!(channels, CHANNELS);
     let edges = scene.edges();
     let edge = |pin, high| edges.iter().filter(move |edge| edge.pin == pin && edge.high == high);
-    let mut worst = 0.0_f64;
+    let (mut worst, mut worst_length) = (0.0_f64, 0);
     for (step, trigger) in answer.steps.iter().zip(edge(Pin::Trigger(1), true)) {
         worst = worst.max(apart(step.triggered_at, trigger));
         let Some(on) = edge(Pin::Panel(step.channel), true).next() else {
@@ -159,12 +159,17 @@ async fn a_sequence_is_answered_with_its_times_and_shown_in_the_state() {
         let off = edge(Pin::Panel(step.channel), false).next().expect("it went off");
         worst = worst.max(apart(step.switched_at, on)).max(apart(step.ended_at, off));
         let lit = step.ended_at.to_nanos() - step.switched_at.to_nanos();
-        assert!((lit - 2_500_000).abs() < 5_000, "lit for {lit} ns");
+        worst_length = worst_length.max((lit - 2_500_000).abs());
     }
     let said = answer.clock_uncertainty.to_nanos() as f64 / 1000.0;
     let slips = scene.board.slips();
-    println!("largest error of a time on the ROS clock {worst:.0} us, said to be {said:.0} us; {slips:?}");
+    println!(
+        "largest error of a time on the ROS clock {worst:.0} us, said to be {said:.0} us; of a length {worst_length} ns; \
+         {slips:?}"
+    );
+    // A board that this machine held up has stood still meanwhile, and its clock with it.
     if slips.count == 0 {
+        assert!(worst_length < 5_000, "{worst_length} ns");
         assert!(worst < 3.0 * said + 100.0, "{worst} us");
     }
     let state = scene.state("the steps", |state| !state.steps.is_empty()).await;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use interfaces::std_srvs::srv::{SetBool, SetBoolRequest, Trigger, TriggerRequest, TriggerResponse};
 use ros::Error;
-use scenarios::{Domain, Program, TIMEOUT, within};
+use scenarios::{Domain, Program, TIMEOUT, eventually, within};
 
 const PROBE: &str = env!("CARGO_BIN_EXE_probe_node");
 
@@ -115,6 +115,26 @@ async fn a_late_reply_is_not_given_to_the_next_call() {
     })
     .await;
     assert_eq!(answer.unwrap().message, "second");
+}
+
+/// A server that is busy when a node says "lights off" and leaves must still hear of it.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_last_words_of_a_node_are_heard_after_it_has_left() {
+    let domain = Domain::claim();
+    let serving = domain.node("server").await;
+    let mut server = serving.service_server::<SetBool>("lit").unwrap();
+    let calling = domain.node("caller").await;
+    let client = calling.service_client::<SetBool>("lit").unwrap();
+    for data in [true, false] {
+        client.tell(SetBoolRequest { data }, TIMEOUT).await.unwrap();
+    }
+    drop(client);
+    calling.shutdown().await;
+    eventually("the leave", || serving.other_nodes().is_empty()).await;
+    for data in [true, false] {
+        let call = within("what was said", server.next()).await.expect("the node runs");
+        assert_eq!(call.request().data, data);
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

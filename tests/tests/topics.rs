@@ -148,6 +148,26 @@ async fn a_late_joiner_gets_what_is_latched_inside_and_outside() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_was_latched_by_a_node_that_left_is_not_given_to_who_comes_after() {
+    let domain = Domain::claim();
+    let node = domain.node("reader").await;
+    let mut first = node.subscription::<CameraInfo>("c1/camera_info", Qos::LATCHED).unwrap();
+    for size in ["48", "50"] {
+        let mut probe = Program::start(&domain, PROBE, &["--image-size", size, "--end-with-stdin"]);
+        let received = within("the calibration", first.next()).await.unwrap();
+        assert_eq!(received.message.width.to_string(), size);
+        let mut later = node.subscription::<CameraInfo>("c1/camera_info", Qos::LATCHED).unwrap();
+        let received = within("the calibration again", later.next()).await.unwrap();
+        assert_eq!(received.message.width.to_string(), size);
+        assert!(probe.finish().success());
+        eventually("the leave", || node.other_nodes().is_empty()).await;
+    }
+    let mut late = node.subscription::<CameraInfo>("c1/camera_info", Qos::LATCHED).unwrap();
+    let nothing = tokio::time::timeout(Duration::from_millis(500), late.next()).await;
+    assert!(nothing.is_err(), "a calibration of nobody");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_qos_that_does_not_fit_is_told() {
     let logs = Logs::collect();
     let domain = Domain::claim();
