@@ -178,12 +178,7 @@ impl Hands {
     }
 
     async fn move_tool(&self, way: Move, interrupt: &CancellationToken) -> Result<Event, Fault> {
-        let goal = tokio::select! {
-            goal = self.move_tool.send_goal(convert::goal(way), PATIENCE) => goal.map_err(fault)?,
-            reason = self.presence.lost(ARM) => return Err(Fault::Lost(reason)),
-            // A goal that is accepted now is cancelled by the client.
-            () = interrupt.cancelled() => return Err(interrupted()),
-        };
+        let goal = self.begin(way, interrupt).await?;
         let result = tokio::select! {
             result = goal.result(PATIENCE) => result.map_err(fault)?.1,
             reason = self.presence.lost(ARM) => return Err(Fault::Lost(reason)),
@@ -195,6 +190,21 @@ impl Hands {
             joints: result.joints.clone(),
             duration: result.duration.try_into().unwrap_or(Duration::MAX),
         })
+    }
+
+    /// A motion that is told to end before the arm has taken it is waited for all the same: the arm may be about to move,
+    /// and nothing is at rest before it has said so.
+    async fn begin(&self, way: Move, interrupt: &CancellationToken) -> Result<GoalHandle<MoveTool>, Fault> {
+        let patience = self.parameters.interrupt_timeout();
+        let unanswered = async {
+            interrupt.cancelled().await;
+            tokio::time::sleep(patience).await;
+        };
+        tokio::select! {
+            goal = self.move_tool.send_goal(convert::goal(way), PATIENCE) => goal.map_err(fault),
+            reason = self.presence.lost(ARM) => Err(Fault::Lost(reason)),
+            () = unanswered => Err(Fault::Lost(format!("{ARM} did not say within {patience:?} whether it moves"))),
+        }
     }
 
     async fn cancel(&self, goal: &GoalHandle<MoveTool>) -> Result<Arc<MoveToolResult>, Fault> {

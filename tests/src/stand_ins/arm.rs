@@ -137,8 +137,12 @@ fn state(mode: u8, vacuum: u8, fault: &str) -> ArmState {
 async fn moves(mut server: ActionServer<MoveTool>, world: World) {
     let mut goals = JoinSet::new();
     while let Some(offer) = server.next().await {
-        let goal = offer.accept().await.expect("a goal is taken");
-        goals.spawn(run(goal, world.clone()));
+        let world = world.clone();
+        goals.spawn(async move {
+            sleep(world.look().acceptance).await;
+            let goal = offer.accept().await.expect("a goal is taken");
+            run(goal, world).await;
+        });
     }
 }
 

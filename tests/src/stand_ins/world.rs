@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 use interfaces::rakelight_msgs::action::MoveToolGoal;
 use interfaces::rakelight_msgs::msg::ArmState;
@@ -57,6 +58,8 @@ pub struct Inner {
     pub held: Option<f64>,
     /// Where the arm stands, radians.
     pub joints: [f64; 7],
+    /// From a motion's arrival here until it is taken.
+    pub acceptance: Duration,
     /// Motions under way.
     pub moving: usize,
     /// Requests so far, by name; motions by leg.
@@ -82,6 +85,7 @@ impl World {
             pump: false,
             held: None,
             joints: HOME,
+            acceptance: Duration::ZERO,
             moving: 0,
             asked: Vec::new(),
             motions: Vec::new(),

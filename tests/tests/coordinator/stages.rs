@@ -1,11 +1,14 @@
 //! What goes wrong in each stage: refused, too slow, cancelled. Afterwards the cell is at rest, says what it was, and picks
 //! again.
 
+use std::time::Duration;
+
 use interfaces::rakelight_msgs::msg::{ArmState, CellState};
 use interfaces::std_srvs::srv::{Trigger, TriggerRequest};
 use ros::GoalStatus;
 use scenarios::TIMEOUT;
 use scenarios::stand_ins::{NODES, Reply};
+use tokio::time::sleep;
 
 use crate::cell::Cell;
 
@@ -79,6 +82,27 @@ async fn a_cancel_is_heard_in_every_stage() {
         assert!(!cell.world.look().pump);
         cell.world.heal();
     }
+    cell.picks_again().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn nothing_begins_to_move_after_a_cancel_was_answered() {
+    const ACCEPTANCE: Duration = Duration::from_millis(300);
+    let mut cell = Cell::start(&[0.42]).await;
+    cell.world.change(|world| world.acceptance = ACCEPTANCE);
+    let goal = cell.begin().await;
+    cell.state("a motion asked for", |state| state.stage == CellState::EXECUTE)
+        .await;
+    // Asked for and not taken yet.
+    sleep(ACCEPTANCE / 3).await;
+    goal.cancel(TIMEOUT).await.unwrap();
+    let (status, result) = goal.result(TIMEOUT).await.unwrap();
+    assert_eq!(status, GoalStatus::Canceled, "{}", result.reason);
+    cell.assert_safe();
+    let begun = cell.world.look().motions.len();
+    sleep(ACCEPTANCE * 2).await;
+    assert_eq!(cell.world.look().motions.len(), begun, "a motion began later");
+    cell.world.change(|world| world.acceptance = Duration::ZERO);
     cell.picks_again().await;
 }
 
